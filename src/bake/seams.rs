@@ -1,6 +1,6 @@
 //! Where a tailor would have sewn a garment, so that its charts are the pieces of a pattern.
 
-use crate::body::{HumanJoint, Layer, Limb, Side, Skeleton, strongest};
+use crate::body::{HumanJoint, Layer, Limb, Side, Skeleton, dominant_body_joint};
 use crate::geometry::{Adjacency, FaceId, PerFace, Point, VertexId};
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ pub fn seams(garment: &Layer, skeleton: &Skeleton) -> Vec<[bool; 3]> {
     let joints = skeleton.ids().filter_map(|j| Some((skeleton.human_joint(j)?, skeleton.joints_in_bind[j.index()])));
     let tailor = Tailor { joints: joints.collect() };
     let body_joints = skeleton.body_joints();
-    let part_of = |v: VertexId| skeleton.human_joint(strongest(&garment.weights.rows()[v], &body_joints));
+    let part_of = |v: VertexId| skeleton.human_joint(dominant_body_joint(&garment.weights.rows()[v], &body_joints));
     let parts: Vec<Option<HumanJoint>> = mesh.vertex_ids().map(part_of).collect();
     if 3 * parts.iter().flatten().filter(|part| is_sewn(**part)).count() < parts.len() {
         return vec![[false; 3]; mesh.face_count()];

@@ -183,8 +183,8 @@ impl HandJoints {
         self.joints.iter().map(|finger| finger.joint)
     }
 
-    /// Turns the finger joints of a pose.
-    pub fn hold(&self, grasp: &Grasp, pose: &mut Pose) {
+    /// Sets the finger joints of a pose.
+    pub fn apply(&self, grasp: &Grasp, pose: &mut Pose) {
         for finger in &self.joints {
             pose.rotations[finger.joint.index()] = finger.rotation(grasp);
         }
@@ -212,7 +212,7 @@ mod tests {
         let skeleton = embedded_model().unwrap().skeleton;
         let mut pose = Pose::bind(skeleton.len());
         for side in Side::BOTH {
-            HandJoints::find(&skeleton, side).unwrap().hold(&Grasp::FIST, &mut pose);
+            HandJoints::find(&skeleton, side).unwrap().apply(&Grasp::FIST, &mut pose);
         }
         let (open, closed) = (&skeleton.joints_in_bind, skeleton.joints_in_world(&pose));
         for side in Side::BOTH {
@@ -242,7 +242,7 @@ mod tests {
                 let mut shares = at.shares();
                 shares[k] += sign * step;
                 let mut pose = Pose::bind(skeleton.len());
-                hand.hold(&Grasp { curl: shares[0], spread: shares[1], thumb: shares[2] }, &mut pose);
+                hand.apply(&Grasp { curl: shares[0], spread: shares[1], thumb: shares[2] }, &mut pose);
                 pose
             };
             let (before, after) = (moved(-1.0), moved(1.0));

@@ -36,7 +36,7 @@ pub use part::{BonePosition, bone_positions};
 pub use pose_dirs::PoseDirs;
 pub use skeleton::{JointId, JointLimits, Pose, Skeleton};
 pub(crate) use skin::skin_rigidly;
-pub use skin::{INFLUENCES, SkinRow, SkinWeights, skin, strongest, unskin};
+pub use skin::{INFLUENCES, SkinRow, SkinWeights, dominant_body_joint, skin, unskin};
 pub use split::Split;
 pub use stance::Stance;
 pub use stored_figure::StoredFigure;

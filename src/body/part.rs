@@ -1,6 +1,6 @@
 //! The bone that a vertex belongs to, and its position along that bone.
 
-use super::{JointId, Skeleton, SkinWeights, strongest};
+use super::{JointId, Skeleton, SkinWeights, dominant_body_joint};
 use crate::geometry::{PerVertex, Point};
 
 /// A position along a bone.
@@ -14,7 +14,8 @@ pub struct BonePosition {
     pub along: f64,
 }
 
-/// For each vertex the joint with the largest weight (fingers count as part of the hand), and the position along that joint's bone, in the bind pose.
+/// For each vertex the joint with the largest weight (fingers count as part of the hand), and the position along that joint's
+/// bone, in the bind pose.
 ///
 /// **Shapes** one entry per vertex, in and out.
 pub fn bone_positions(
@@ -32,7 +33,7 @@ pub fn bone_positions(
         .iter()
         .zip(weights.rows().iter())
         .map(|(p, row)| {
-            let joint = strongest(row, &body_joints);
+            let joint = dominant_body_joint(row, &body_joints);
             let start = skeleton.joints_in_bind[joint.index()];
             let axis = ends[joint.index()] - start;
             let along = (p - start).dot(&axis) / axis.norm_squared().max(1e-12);
@@ -59,7 +60,7 @@ fn bone_end_point(
     let reach = points
         .iter()
         .zip(weights.rows().iter())
-        .filter(|(_, row)| strongest(row, body_joints) == joint)
+        .filter(|(_, row)| dominant_body_joint(row, body_joints) == joint)
         .map(|(p, _)| (p - start).dot(&direction))
         .fold(0.0, f64::max);
     start + direction * reach.max(1e-3)

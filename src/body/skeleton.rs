@@ -134,7 +134,7 @@ impl Skeleton {
         self.human_joint(joint).is_none()
             && Side::BOTH.iter().any(|&side| self.is_part_of(joint, HumanJoint::Hand(side)))
     }
-    /// For each joint the one that its body part is named after: itself, or the hand of a finger joint.
+    /// For each joint itself; for a finger joint the hand.
     ///
     /// **Shapes** one entry per joint.
     pub fn body_joints(&self) -> Vec<JointId> {

@@ -12,16 +12,18 @@ use std::sync::Arc;
 pub const INFLUENCES: usize = 8;
 /// The joints that move a vertex, with their weights.
 pub type SkinRow = [(JointId, f64); INFLUENCES];
-/// The joint of the body that moves a vertex most; fingers count as part of the hand. `body_joints` is that of the skeleton.
-pub fn strongest(row: &SkinRow, body_joints: &[JointId]) -> JointId {
+/// The joints that move a vertex of a body, and all that many programs read from a file.
+const FEW_INFLUENCES: usize = 4;
+
+/// The joint with the greatest weight, where fingers count as part of the hand.
+///
+/// **Requires** `body_joints` as [`Skeleton::body_joints`] gives it.
+pub fn dominant_body_joint(row: &SkinRow, body_joints: &[JointId]) -> JointId {
     let sum = |joint: JointId| row.iter().filter(|(j, _)| body_joints[j.index()] == joint).map(|(_, w)| w).sum::<f64>();
     let rest = row[1..].iter().filter(|(_, w)| *w > 0.0).map(|(j, _)| body_joints[j.index()]);
     let first = body_joints[row[0].0.index()];
     rest.fold(first, |most, joint| if sum(joint) > sum(most) { joint } else { most })
 }
-
-/// The joints that move a vertex of a body, and all that many programs read from a file.
-const FEW_INFLUENCES: usize = 4;
 
 /// How strongly each joint moves each vertex; and, for a model with corrective offsets, how the pose deforms the surface
 /// before the joints move it.

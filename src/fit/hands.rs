@@ -1,5 +1,5 @@
-//! How the hands of a scan are held: a few Gauss–Newton steps of each hand along the synergies of [`Grasp`], from relaxed,
-//! flat and fist.
+//! Grasps of the hands of a scan: a few Gauss–Newton steps of each hand along the synergies of [`Grasp`], from relaxed, flat
+//! and fist.
 
 use super::correspondence::{LastFaces, ScanSurface, mean_truncated, mesh_to_scan_from, scan_to_mesh_from, spread};
 use super::solver::{Articulated, DAMPING, Singular, StoppingRule, Unknowns, iterate, parent_rotation};
@@ -34,15 +34,16 @@ const MOST_COVERED: f64 = 0.1;
 const LEAST_FACTOR: f64 = 1.25;
 const LEAST_GAIN: f64 = 5e-4;
 
-/// A hand that is nearer to the scan than this, in metres, is held right: fusion leaves 1.6 mm.
+/// A hand that is nearer to the scan than this, in metres, is estimate right: fusion leaves 1.6 mm.
 const CLOSE: f64 = 0.002;
 
-/// Stiffness of the synergies toward relaxed, of the wrist toward its rotation, and of the hand toward its place, in the units of the residuals' weights.
+/// Stiffness of the synergies toward relaxed, of the wrist toward its rotation, and of the hand toward its place, in the units
+/// of the residuals' weights.
 const GRASP_STIFFNESS: f64 = 10.0;
 const WRIST_STIFFNESS: f64 = 100.0;
 const PLACE_STIFFNESS: f64 = 1e4;
 
-/// The body whose hands are held, in the bind pose.
+/// The body whose hands are estimate, in the bind pose.
 pub(crate) struct Hands<'a> {
     pub(crate) mesh: &'a TriMesh,
     pub(crate) weights: &'a SkinWeights,
@@ -55,28 +56,29 @@ pub(crate) struct Hands<'a> {
 }
 
 impl Hands<'_> {
-    /// Turns fingers, and wrists if they may, where the scan shows a hand that is held in another way; says so. Hands below `unseen`
+    /// Turns fingers, and wrists if they may, where the scan shows another grasp; a sentence for each such hand. Hands below `unseen`
     /// limbs stay.
     ///
     /// **Guarantees** nothing changes for a skeleton without all finger joints of a hand.
-    pub(crate) fn hold(&self, surface: &ScanSurface, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
+    pub(crate) fn fit(&self, surface: &ScanSurface, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
         let hands = Side::BOTH.map(|side| HandJoints::find(self.skeleton, side).map(|joints| (side, joints)));
         let is_hidden = |hand: JointId| unseen.iter().any(|&joint| self.skeleton.is_below(hand, joint));
         let hands: Vec<_> = hands.into_iter().flatten().filter(|(_, joints)| !is_hidden(joints.hand)).collect();
-        let found: Vec<_> = hands.par_iter().map(|(side, joints)| self.held(surface, pose, *side, joints)).collect();
+        let found: Vec<_> = hands.par_iter().map(|(side, joints)| self.fit_one(surface, pose, *side, joints)).collect();
         let mut said = Vec::new();
-        for ((_, joints), (held, sentence)) in hands.iter().zip(found).filter_map(|(hand, found)| Some((hand, found?)))
+        for ((_, joints), (grasping, sentence)) in
+            hands.iter().zip(found).filter_map(|(hand, found)| Some((hand, found?)))
         {
             for joint in joints.fingers().chain([joints.hand]) {
-                pose.rotations[joint.index()] = held.rotations[joint.index()];
+                pose.rotations[joint.index()] = grasping.rotations[joint.index()];
             }
             said.push(sentence);
         }
         said
     }
 
-    /// The pose with one hand held as the scan shows it, and a sentence about it; `None` if it stays.
-    fn held(&self, surface: &ScanSurface, pose: &Pose, side: Side, joints: &HandJoints) -> Option<(Pose, String)> {
+    /// The pose with the grasp of one hand, and a sentence about it; `None` if it stays.
+    fn fit_one(&self, surface: &ScanSurface, pose: &Pose, side: Side, joints: &HandJoints) -> Option<(Pose, String)> {
         let below: Vec<bool> = self.skeleton.ids().map(|j| self.skeleton.is_below(j, joints.hand)).collect();
         let of_hand = |v: VertexId| -> bool {
             let row = self.weights.rows()[v].iter();
@@ -93,8 +95,9 @@ impl Hands<'_> {
         let body = Articulated::of_points(self.skeleton, mesh.points().clone(), &weights);
         let hand = OneHand { body, mesh, joints, is_free: self.turns_wrists };
 
-        let initial = [Grasp::RELAXED, Grasp::FLAT, Grasp::FIST].map(|grasp| Held { grasp, pose: pose.clone() });
-        let hands = initial.each_ref().map(|held| hand.index(&held.posed(joints)));
+        let initial =
+            [Grasp::RELAXED, Grasp::FLAT, Grasp::FIST].map(|grasp| GraspEstimate { grasp, pose: pose.clone() });
+        let hands = initial.each_ref().map(|estimate| hand.index(&estimate.with_fingers(joints)));
         let around = Surroundings::of(&hands)?;
         let posed = self.mesh.with_points(skin(self.mesh.points(), self.weights, self.skeleton, pose));
         let is_near = |f: &[VertexId; 3]| f.iter().any(|&v| around.contain(&posed.points()[v]));
@@ -109,40 +112,41 @@ impl Hands<'_> {
         if before < CLOSE {
             return None;
         }
-        let mut best: Option<(f64, Held)> = None;
-        for held in initial {
-            let held = hand.fit(surface, &of_hand, held);
-            let distance = hand.distance(surface, &of_hand, &held.posed(joints));
+        let mut best: Option<(f64, GraspEstimate)> = None;
+        for estimate in initial {
+            let estimate = hand.fit(surface, &of_hand, estimate);
+            let distance = hand.distance(surface, &of_hand, &estimate.with_fingers(joints));
             if best.as_ref().is_none_or(|(least, _)| distance < *least) {
-                best = Some((distance, held));
+                best = Some((distance, estimate));
             }
         }
-        let (after, held) = best?;
+        let (after, estimate) = best?;
         if after * LEAST_FACTOR > before || before - after < LEAST_GAIN {
             return None;
         }
-        let [curl, spread, thumb] = held.grasp.shares().map(|share| 100.0 * share);
+        let [curl, spread, thumb] = estimate.grasp.shares().map(|share| 100.0 * share);
         let sentence = format!(
             "{} hand: fingers bent by {curl:.0} % of a fist, spread {spread:.0} %, thumb {thumb:.0} %: {:.1} mm from the scan, {:.1} mm as it was",
             side.name(),
             1e3 * after,
             1e3 * before
         );
-        Some((held.posed(joints), sentence))
+        Some((estimate.with_fingers(joints), sentence))
     }
 }
 
-/// A grasp and the pose that holds it, but for the fingers.
+/// A grasp, and the pose of all joints but the fingers.
 #[derive(Clone)]
-struct Held {
+struct GraspEstimate {
     grasp: Grasp,
     pose: Pose,
 }
 
-impl Held {
-    fn posed(&self, joints: &HandJoints) -> Pose {
+impl GraspEstimate {
+    /// The pose with the fingers of the grasp.
+    fn with_fingers(&self, joints: &HandJoints) -> Pose {
         let mut pose = self.pose.clone();
-        joints.hold(&self.grasp, &mut pose);
+        joints.apply(&self.grasp, &mut pose);
         pose
     }
 }
@@ -205,9 +209,9 @@ impl OneHand<'_> {
         0.5 * (there + mean_truncated(&hand, surface.mesh(), of_hand, TRUNCATE))
     }
 
-    fn fit(&self, surface: &ScanSurface, of_hand: &PerVertex<f64>, mut held: Held) -> Held {
-        let center = held.pose.clone();
-        let mut index = self.index(&held.posed(self.joints));
+    fn fit(&self, surface: &ScanSurface, of_hand: &PerVertex<f64>, mut estimate: GraspEstimate) -> GraspEstimate {
+        let center = estimate.pose.clone();
+        let mut index = self.index(&estimate.with_fingers(self.joints));
         let (model, scan) = (spread(&self.mesh.vertex_areas(), SAMPLES), spread(of_hand, SAMPLES));
         let (near_model, near_scan) = (LastFaces::none(model.len()), LastFaces::none(scan.len()));
         let skeleton = &self.body.skeleton;
@@ -221,7 +225,7 @@ impl OneHand<'_> {
         let arm = 3 * free.len();
         iterate(&rule, |number| {
             let reach = REACH[usize::from(number >= STEPS / 3)];
-            let posed = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
+            let posed = self.body.posed(&estimate.with_fingers(self.joints), &Shape(Vec::new()));
             index.follow(&self.mesh.with_points(posed.points.clone()));
             let normals = index.mesh().vertex_normals_by_area();
             let (model, scan) = ((model.as_slice(), &near_model), (scan.as_slice(), &near_scan));
@@ -233,7 +237,7 @@ impl OneHand<'_> {
             for (a, first) in free.iter().enumerate() {
                 (0..3).for_each(|c| turned[(first + c, 3 * a + c)] = 1.0);
             }
-            for (joint, shares) in self.joints.turns(&held.grasp) {
+            for (joint, shares) in self.joints.turns(&estimate.grasp) {
                 let parent = parent_rotation(&posed, joint.index());
                 for (k, turn) in shares.iter().enumerate() {
                     let turn = parent * turn;
@@ -242,9 +246,9 @@ impl OneHand<'_> {
             }
             let mut h = turned.transpose() * &equations.h * &turned;
             let mut g = turned.transpose() * &equations.g;
-            let turned = held.pose.rotations[hand] * center.rotations[hand].inverse();
+            let turned = estimate.pose.rotations[hand] * center.rotations[hand].inverse();
             let off = [
-                (held.pose.translation - center.translation, PLACE_STIFFNESS),
+                (estimate.pose.translation - center.translation, PLACE_STIFFNESS),
                 (parent_rotation(&posed, hand) * turned.scaled_axis(), WRIST_STIFFNESS),
             ];
             for (k, (off, stiffness)) in off.iter().take(free.len()).enumerate() {
@@ -253,7 +257,7 @@ impl OneHand<'_> {
                     g[3 * k + c] -= stiffness * off[c];
                 }
             }
-            for (k, share) in held.grasp.shares().into_iter().enumerate() {
+            for (k, share) in estimate.grasp.shares().into_iter().enumerate() {
                 h[(arm + k, arm + k)] += GRASP_STIFFNESS;
                 g[arm + k] -= GRASP_STIFFNESS * share;
             }
@@ -263,15 +267,15 @@ impl OneHand<'_> {
             for (a, first) in free.iter().enumerate() {
                 (0..3).for_each(|c| whole[first + c] = step[3 * a + c]);
             }
-            let (pose, _) = self.body.stepped(&posed, &held.pose, &Shape(Vec::new()), &whole);
-            let shares = held.grasp.shares();
+            let (pose, _) = self.body.stepped(&posed, &estimate.pose, &Shape(Vec::new()), &whole);
+            let shares = estimate.grasp.shares();
             let grasp = Grasp::within_limits(std::array::from_fn(|k| shares[k] + step[arm + k].clamp(-0.4, 0.4)));
-            held = Held { grasp, pose };
-            let after = self.body.posed(&held.posed(self.joints), &Shape(Vec::new()));
+            estimate = GraspEstimate { grasp, pose };
+            let after = self.body.posed(&estimate.with_fingers(self.joints), &Shape(Vec::new()));
             let moved = posed.joints_in_world.iter().zip(&after.joints_in_world).map(|(a, b)| (a - b).norm());
             Ok::<f64, Singular>(moved.fold(0.0, f64::max))
         });
-        held
+        estimate
     }
 }
 
@@ -285,7 +289,7 @@ mod tests {
     fn scan_of(model: &BodyModel, grasps: [Grasp; 2], removed: impl Fn(JointId) -> bool) -> (ScanSurface, Pose) {
         let mut pose = Pose::bind(model.skeleton.len());
         for (side, grasp) in Side::BOTH.into_iter().zip(&grasps) {
-            HandJoints::find(&model.skeleton, side).unwrap().hold(grasp, &mut pose);
+            HandJoints::find(&model.skeleton, side).unwrap().apply(grasp, &mut pose);
         }
         let points = skin(model.template.points(), &model.weights, &model.skeleton, &pose);
         let kept = |f: &[VertexId; 3]| f.iter().all(|&v| !removed(model.weights.rows()[v][0].0));
@@ -302,7 +306,7 @@ mod tests {
         let hands =
             Hands { mesh: &model.template, weights: &model.weights, skeleton, is_bare: &|_| true, turns_wrists: true };
         let mut pose = Pose::bind(skeleton.len());
-        let said = hands.hold(&scan, &mut pose, &[]);
+        let said = hands.fit(&scan, &mut pose, &[]);
         assert_eq!(said.len(), 2, "{said:?}");
         let (found, expected) = (skeleton.joints_in_world(&pose), skeleton.joints_in_world(&truth));
         for joint in skeleton.ids().filter(|&joint| skeleton.is_finger(joint)) {
@@ -323,12 +327,12 @@ mod tests {
             (scan_of(&model, [Grasp::FIST; 2], is_hand).0, Pose::bind(skeleton.len())),
         ] {
             let before = pose.clone();
-            assert_eq!(hands.hold(&scan, &mut pose, &[]), Vec::<String>::new());
+            assert_eq!(hands.fit(&scan, &mut pose, &[]), Vec::<String>::new());
             assert_eq!(pose, before);
         }
         let (scan, _) = scan_of(&model, [Grasp::FIST; 2], |_| false);
         let mut pose = Pose::bind(skeleton.len());
         let unseen = Side::BOTH.map(|side| skeleton.find(HumanJoint::LowerArm(side)).unwrap());
-        assert!(hands.hold(&scan, &mut pose, &unseen).is_empty() && pose == Pose::bind(skeleton.len()));
+        assert!(hands.fit(&scan, &mut pose, &unseen).is_empty() && pose == Pose::bind(skeleton.len()));
     }
 }

@@ -5,7 +5,7 @@ use crate::body::HumanJoint::{
     self, Chest, Hand, Hips, LowerArm, LowerLeg, Shoulder, Spine, UpperArm, UpperChest, UpperLeg,
 };
 use crate::body::Side::{Left, Right};
-use crate::body::{BodyModel, Figure, Limb, Pose, Shape, embedded_model, skin, strongest};
+use crate::body::{BodyModel, Figure, Limb, Pose, Shape, SkinRow, dominant_body_joint, embedded_model, skin};
 use crate::geometry::{
     Aabb, Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId, noise, smoothed_normals,
 };
@@ -48,8 +48,9 @@ fn strong_armed_in(model: &BodyModel, seed: u64, turns: &[(HumanJoint, Vec3)], e
     pose.rotations[0] = UnitQuaternion::from_axis_angle(&Vec3::y_axis(), 3.0 * next());
     let normals = mesh.vertex_normals();
     let waves = |p: &Point| 0.003 * ((31.0 * p.y).sin() * (23.0 * p.x).cos() + (27.0 * p.z).sin()) * 0.5;
-    let strongest = |row: &crate::body::SkinRow| skeleton.human_joint(strongest(row, &skeleton.body_joints())).unwrap();
-    let moved_by: Vec<HumanJoint> = model.weights.rows().iter().map(strongest).collect();
+    let body_joints = skeleton.body_joints();
+    let mover = |row: &SkinRow| skeleton.human_joint(dominant_body_joint(row, &body_joints)).unwrap();
+    let moved_by: Vec<HumanJoint> = model.weights.rows().iter().map(mover).collect();
     let more = |v: VertexId| if of_right_arm(moved_by[v.index()]) { swollen } else { 0.0 };
     let bumpy: Vec<Point> = mesh.points().enumerate().map(|(v, p)| p + normals[v] * (waves(p) + more(v))).collect();
     let body = mesh.with_points(PerVertex(bumpy));

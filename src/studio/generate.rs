@@ -117,7 +117,7 @@ fn scan_of(
 ) -> Result<SyntheticStep, StudioError> {
     let mut stance = subject.stance(params.seed, step);
     stance.pose = subject.turned(&stance.pose, &params.turned);
-    subject.hold_hands(&params.hands, &mut stance.pose);
+    subject.apply_grasp(&params.hands, &mut stance.pose);
     stand_on_floor(subject, &mut stance);
     let name = garments.last().map_or("body", |g| g.kind.name()).to_owned();
     let dressed = dress(subject, &stance, garments, params.settling_secs)?;

@@ -1,6 +1,6 @@
 //! Measures of agreement that several fits share.
 
-use crate::body::{JointId, Skeleton, SkinWeights, strongest};
+use crate::body::{JointId, Skeleton, SkinWeights, dominant_body_joint};
 use crate::geometry::VertexId;
 
 /// Mean and 95th percentile of distances; 0 if there are none.
@@ -19,7 +19,7 @@ pub(crate) fn dominant_joint(
 ) -> Option<JointId> {
     let (mut of_joint, body_joints) = (vec![0.0; skeleton.len()], skeleton.body_joints());
     for (v, area) in areas {
-        of_joint[strongest(&weights.rows()[v], &body_joints).index()] += area;
+        of_joint[dominant_body_joint(&weights.rows()[v], &body_joints).index()] += area;
     }
     let most = of_joint.iter().enumerate().filter(|of| *of.1 > 0.0).max_by(|a, b| a.1.total_cmp(b.1))?;
     Some(JointId(most.0 as u16))

@@ -1,7 +1,7 @@
 //! The gap between skin and the outer face of cloth, and the zones of the body over which it is alike.
 
 use crate::body::HumanJoint::{self, Chest, Head, Hips, Neck, Spine, UpperChest};
-use crate::body::{BodyModel, strongest};
+use crate::body::{BodyModel, dominant_body_joint};
 use crate::fit::correspondence::{ScanSurface, side_of};
 use crate::geometry::{PerVertex, TriMesh, VertexId};
 use crate::scan::Scan;
@@ -40,7 +40,7 @@ pub fn zones(model: &BodyModel) -> PerVertex<String> {
     let normals = model.template.vertex_normals_by_area();
     let body_joints = model.skeleton.body_joints();
     let zone = |v: VertexId| {
-        let joint = model.skeleton.human_joint(strongest(&model.weights.rows()[v], &body_joints));
+        let joint = model.skeleton.human_joint(dominant_body_joint(&model.weights.rows()[v], &body_joints));
         let part = joint.map_or("hand", part_name);
         let n = normals[v];
         let facing = match part {

@@ -108,7 +108,7 @@ impl<'a> DressedView<'a> {
         let back = scan_to_mesh_from(self.surface, &self.index, &normals, of_scan, reach, phase.least_cosine, takes);
         // Those weights count an observation per 4 cm².
         residuals.extend(back.into_iter().map(|r| Residual { weight: r.weight * 4e-4 / SKIN_AREA, ..r }));
-        let unknowns = Unknowns::but_fingers(&self.body.skeleton, vec![true; self.body.joint_count()], phase.shape);
+        let unknowns = Unknowns::without_fingers(&self.body.skeleton, vec![true; self.body.joint_count()], phase.shape);
         let mut equations = self.body.normal_equations(posed, &residuals, &unknowns);
         let stiffness = pose_stiffness(&self.body.skeleton, 1.0);
         let prior = PosePrior { center: &self.center, stiffness: &stiffness, limits: &self.model.limits };

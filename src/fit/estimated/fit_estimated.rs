@@ -223,7 +223,7 @@ impl Together<'_> {
             is_bare: &is_bare,
             turns_wrists: true,
         };
-        log.extend(hands.hold(first.surface, &mut pose, &[]));
+        log.extend(hands.fit(first.surface, &mut pose, &[]));
         let report = NakedReport {
             converged,
             iterations,

@@ -62,7 +62,7 @@ pub fn fit_inside(
     };
 
     if params.method != InsideMethod::Paper {
-        log.extend(problem.hold_hands(figure, &mut found.pose, &unseen));
+        log.extend(problem.fit_hands(figure, &mut found.pose, &unseen));
     }
     let posed = problem.posed(&found.pose);
     let (residual_mean, residual_p95) = problem.visible_distances(&posed);
@@ -130,8 +130,8 @@ fn check_arguments(
 }
 
 impl InsideProblem<'_> {
-    /// Turns the fingers of bare hands as the scan shows them.
-    fn hold_hands(&self, figure: &Figure, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
+    /// Fits the grasps of bare hands.
+    fn fit_hands(&self, figure: &Figure, pose: &mut Pose, unseen: &[JointId]) -> Vec<String> {
         let body = figure.body();
         let is_bare = |v: VertexId| !self.figure_surface.must_stay_inside(v);
         let hands = Hands {
@@ -141,7 +141,7 @@ impl InsideProblem<'_> {
             is_bare: &is_bare,
             turns_wrists: false,
         };
-        hands.hold(self.surface, pose, unseen)
+        hands.fit(self.surface, pose, unseen)
     }
 
     /// Refines the best initial pose, and again without the limbs that the scan does not show, which are returned.

@@ -1,7 +1,7 @@
 //! Constraint violation: skin that neither the pose nor the bounded offset brings inside the scan.
 
 use super::required_offset::RequiredOffset;
-use crate::body::{Skeleton, SkinWeights, strongest};
+use crate::body::{Skeleton, SkinWeights, dominant_body_joint};
 use crate::geometry::{PerVertex, VertexId};
 
 /// By how much, and where, the margin is violated after the offset.
@@ -68,7 +68,7 @@ impl ConstraintViolation {
 
     /// The part of the body where the violation is greatest.
     pub(crate) fn near(&self, skeleton: &Skeleton, weights: &SkinWeights) -> Option<String> {
-        let joint = strongest(&weights.rows()[self.deepest?], &skeleton.body_joints());
+        let joint = dominant_body_joint(&weights.rows()[self.deepest?], &skeleton.body_joints());
         Some(skeleton.part_name(joint))
     }
 

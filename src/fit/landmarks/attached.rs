@@ -105,7 +105,7 @@ impl Attached {
         within_limits: &dyn Fn(&Pose, JointId) -> Option<UnitQuaternion<f64>>,
     ) -> AttachedFit {
         let body = Articulated::of_points(skeleton, self.points_in_bind.clone(), &self.weights);
-        let unknowns = Unknowns::but_fingers(skeleton, vec![true; skeleton.len()], false);
+        let unknowns = Unknowns::without_fingers(skeleton, vec![true; skeleton.len()], false);
         let shape = Shape(Vec::new());
         let mut pose = start.clone();
         let mut posed = body.posed(&pose, &shape);

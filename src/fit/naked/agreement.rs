@@ -1,7 +1,7 @@
 //! Agreement of a fitted body with a naked scan: which share of the scan it explains, and which share of it the scan shows.
 
 use crate::body::HumanJoint::{Chest, Hips, LowerLeg, Spine, UpperChest, UpperLeg};
-use crate::body::{HumanJoint, Side, Skeleton, SkinWeights, strongest};
+use crate::body::{HumanJoint, Side, Skeleton, SkinWeights, dominant_body_joint};
 use crate::fit::correspondence::{ScanSurface, dominant_joint, mean_and_p95, spread};
 use crate::geometry::{SurfaceIndex, VertexId};
 use rayon::prelude::*;
@@ -88,7 +88,7 @@ impl NakedAgreement {
         REGIONS
             .iter()
             .find(|(_, joints)| {
-                let moves = |v: VertexId| skeleton.human_joint(strongest(&weights.rows()[v], &body_joints));
+                let moves = |v: VertexId| skeleton.human_joint(dominant_body_joint(&weights.rows()[v], &body_joints));
                 let is_of = |v: VertexId| moves(v).is_some_and(|joint| joints.contains(&joint));
                 let (mut total, mut seen) = (0.0, 0.0);
                 for &(_, area, is_seen) in self.of_body.iter().filter(|b| is_of(b.0)) {

@@ -29,7 +29,7 @@ impl<'a> CoarseFit<'a> {
         let limits = self.downsampled.limits();
         let limbs = limbs_only(&body.skeleton);
         let joints = limbs.iter().map(|is_limb| *is_limb || !phase.limbs_only).collect();
-        let unknowns = Unknowns::but_fingers(&body.skeleton, joints, phase.shape);
+        let unknowns = Unknowns::without_fingers(&body.skeleton, joints, phase.shape);
         iterate(&StoppingRule::always(phase.iterations), |_| {
             let posed = body.posed(&pose, &shape);
             let mut equations = body.normal_equations(&posed, &self.downsampled.residuals(&posed, phase), &unknowns);

@@ -86,7 +86,7 @@ fn fit_robust(
         index = problem.index_at(&found.pose, &found.shape);
     }
 
-    problem.hold_hands(&mut found, &mut index, &unseen, &mut log, on_step);
+    problem.fit_hands(&mut found, &mut index, &unseen, &mut log, on_step);
     let agreement = agreement(&index, &surface);
     // What is not found of a limb may be at the head: then nothing is hair.
     let may_be_hair = unseen.is_empty() && params.hair != HairTreatment::Keep;
@@ -120,7 +120,7 @@ fn fit_without_hair(
     log.push(format!("hair: {:.0} cm², not part of the body; head from the model there", 1e4 * hair.area));
     let mut found = problem.refine(predicted.pose, predicted.shape, on_step);
     let mut index = problem.index_at(&found.pose, &found.shape);
-    problem.hold_hands(&mut found, &mut index, &[], &mut log, on_step);
+    problem.fit_hands(&mut found, &mut index, &[], &mut log, on_step);
     hair.cover(index.mesh(), &with_hair.index);
     problem.hair = Some(hair);
     let agreement = agreement(&index, &surface);
@@ -128,8 +128,8 @@ fn fit_without_hair(
 }
 
 impl NakedProblem<'_> {
-    /// Holds the hands as the scan shows them, and refines the body with them: hands in another grasp have pulled at the arms.
-    fn hold_hands(
+    /// Fits the grasps of the hands, and refines the body with them: fingers in another grasp have pulled at the arms.
+    fn fit_hands(
         &self,
         found: &mut ModelEstimate,
         index: &mut SurfaceIndex,
@@ -145,7 +145,7 @@ impl NakedProblem<'_> {
             is_bare: &|_| true,
             turns_wrists: true,
         };
-        let said = hands.hold(self.surface, &mut found.pose, unseen);
+        let said = hands.fit(self.surface, &mut found.pose, unseen);
         if !said.is_empty() {
             log.extend(said);
             *found = self.refine(found.pose.clone(), found.shape.clone(), on_step);

@@ -33,7 +33,7 @@ pub(super) fn fit_eq_4(
     let shape = problem.model.mean_shape();
     let pose = initial_pose(problem, &shape);
     let mut found = ModelEstimate { pose, shape, iterations: 0, converged: false };
-    let unknowns = Unknowns::but_fingers(&problem.body.skeleton, vec![true; problem.body.joint_count()], true);
+    let unknowns = Unknowns::without_fingers(&problem.body.skeleton, vec![true; problem.body.joint_count()], true);
     let rule = StoppingRule { steps: params.iterations, still: STILL, still_steps: 2, first_still: 0 };
     let settled = iterate(&rule, |number| {
         let posed = problem.body.posed(&found.pose, &found.shape);

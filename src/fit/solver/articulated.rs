@@ -24,7 +24,7 @@ pub(crate) struct Articulated<'a> {
     /// Shape directions, the components of a vertex side by side; empty without a model. **Shapes** `V × K`.
     shape_dirs: Vec<Vec3>,
     /// All joints but those of fingers.
-    of_body: Vec<usize>,
+    body_joints: Vec<usize>,
 }
 
 /// Residuals to sum, dispatched to the processor's instruction set: `inline(always)` below, so that everything is compiled
@@ -47,7 +47,7 @@ impl<'a> Articulated<'a> {
     /// A body model; its shape is an unknown.
     pub(crate) fn of_model(model: &'a BodyModel) -> Self {
         Self {
-            of_body: of_body(&model.skeleton),
+            body_joints: body_joints(&model.skeleton),
             skeleton: model.skeleton.clone(),
             points_in_bind: model.template.points().clone(),
             weights: &model.weights,
@@ -62,8 +62,8 @@ impl<'a> Articulated<'a> {
 
     /// A figure of fixed shape.
     pub(crate) fn of_points(skeleton: &Skeleton, points_in_bind: PerVertex<Point>, weights: &'a SkinWeights) -> Self {
-        let (of_body, skeleton) = (of_body(skeleton), skeleton.clone());
-        Self { skeleton, points_in_bind, weights, model: None, shape_dirs: Vec::new(), of_body }
+        let (body_joints, skeleton) = (body_joints(skeleton), skeleton.clone());
+        Self { skeleton, points_in_bind, weights, model: None, shape_dirs: Vec::new(), body_joints }
     }
 
     pub(crate) fn joint_count(&self) -> usize {
@@ -82,7 +82,7 @@ impl<'a> Articulated<'a> {
     /// The greatest move of a joint from a pose to where its joints are after a step, in metres. Fingers do not count: they turn with the
     /// hand, farther out.
     pub(crate) fn greatest_move(&self, posed: &Posed, joints_after: &[Point]) -> f64 {
-        self.of_body.iter().map(|&j| (posed.joints_in_world[j] - joints_after[j]).norm()).fold(0.0, f64::max)
+        self.body_joints.iter().map(|&j| (posed.joints_in_world[j] - joints_after[j]).norm()).fold(0.0, f64::max)
     }
 
     pub(crate) fn posed(&self, pose: &Pose, shape: &Shape) -> Posed {
@@ -260,7 +260,7 @@ impl<'a> Articulated<'a> {
     }
 }
 
-fn of_body(skeleton: &Skeleton) -> Vec<usize> {
+fn body_joints(skeleton: &Skeleton) -> Vec<usize> {
     skeleton.ids().filter(|&j| !skeleton.is_finger(j)).map(JointId::index).collect()
 }
 

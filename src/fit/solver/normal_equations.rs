@@ -16,7 +16,7 @@ pub(crate) struct Unknowns {
 
 impl Unknowns {
     /// These joints without those of fingers, which no scan of a whole person determines one by one.
-    pub(crate) fn but_fingers(skeleton: &Skeleton, mut joints: Vec<bool>, shape: bool) -> Self {
+    pub(crate) fn without_fingers(skeleton: &Skeleton, mut joints: Vec<bool>, shape: bool) -> Self {
         for (free, joint) in joints.iter_mut().zip(skeleton.ids()) {
             *free &= !skeleton.is_finger(joint);
         }
@@ -114,7 +114,7 @@ impl NormalEquations {
 
     /// The minimising step, damped relative to the diagonal.
     pub(crate) fn solve(&self, damping: f64) -> Result<DVector<f64>, Singular> {
-        let free: Vec<usize> = (0..self.g.len()).filter(|&i| self.pulls(i)).collect();
+        let free: Vec<usize> = (0..self.g.len()).filter(|&i| self.is_active(i)).collect();
         let n = free.len();
         let mut damped = Self {
             h: DMatrix::from_fn(n, n, |i, j| self.h[(free[i], free[j])]),
@@ -128,7 +128,7 @@ impl NormalEquations {
     }
 
     /// Whether an unknown has a gradient or depends on others; all else has a step of zero.
-    fn pulls(&self, i: usize) -> bool {
+    fn is_active(&self, i: usize) -> bool {
         self.g[i] != 0.0 || self.h.column(i).iter().enumerate().any(|(j, x)| j != i && *x != 0.0)
     }
 }

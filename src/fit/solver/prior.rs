@@ -51,7 +51,8 @@ pub enum JointGroup {
     Trunk,
 }
 
-/// Joints that keep their pose if only a group may turn: all others, and fingers. The root always moves, because the person stands in another place.
+/// Joints that keep their pose if only a group may turn: all others, and fingers. The root always moves, because the person
+/// stands in another place.
 ///
 /// **Shapes** one entry per joint.
 pub(crate) fn held_joints(skeleton: &Skeleton, group: JointGroup) -> Vec<bool> {

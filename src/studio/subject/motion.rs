@@ -61,10 +61,10 @@ impl Subject {
         turned
     }
 
-    /// Holds both hands; nothing on a skeleton without fingers.
-    pub fn hold_hands(&self, grasp: &Grasp, pose: &mut Pose) {
+    /// Sets the finger joints of both hands; nothing on a skeleton without them.
+    pub fn apply_grasp(&self, grasp: &Grasp, pose: &mut Pose) {
         let hands = Side::BOTH.into_iter().filter_map(|side| HandJoints::find(&self.skeleton, side));
-        hands.for_each(|hand| hand.hold(grasp, pose));
+        hands.for_each(|hand| hand.apply(grasp, pose));
     }
 
     /// The lean at `time` of a turn: metres sideways per metre of height, at most `sway` metres at the crown.
