@@ -10,8 +10,8 @@ mod subjects;
 use anyhow::{Result, bail};
 use overcoat::body::{BodyMeasure, BodyModel, body_measures, embedded_model};
 use overcoat::fit::{
-    Contact, DressedScan, EstimatedBody, KnownMeasure, NakedParams, RegisterParams, fit_estimated, fit_naked, register,
-    stand_off, zones,
+    Contact, DressedScan, EstimatedBody, HALF_INTERVAL_90, KnownMeasure, NakedParams, RegisterParams, fit_estimated,
+    fit_naked, register, stand_off, zones,
 };
 use overcoat::geometry::{SurfaceIndex, TriMesh, Vec3};
 use overcoat::measure::hidden_body;
@@ -129,10 +129,11 @@ fn fit_table(people: impl Iterator<Item = Result<Vec<Dressed>>>, model: &BodyMod
                 let Some(t) = truth.iter().find(|t| t.name == m.name) else { continue };
                 if m.name.contains("girth") && m.name != "head girth" {
                     hits.1 += 1;
-                    hits.0 += i32::from((t.metres - m.metres).abs() < 1.645 * m.deviation);
+                    hits.0 += i32::from((t.metres - m.metres).abs() < HALF_INTERVAL_90 * m.deviation);
                 }
                 if ["stature", "chest girth", "waist girth", "hip girth"].contains(&m.name.as_str()) {
-                    words.push(format!("{:.1}±{:.1} ({:.1})", 100.0 * m.metres, 164.5 * m.deviation, 100.0 * t.metres));
+                    let half = 100.0 * HALF_INTERVAL_90 * m.deviation;
+                    words.push(format!("{:.1}±{half:.1} ({:.1})", 100.0 * m.metres, 100.0 * t.metres));
                 }
             }
         }

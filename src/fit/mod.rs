@@ -21,8 +21,8 @@ mod together;
 
 pub use error::FitError;
 pub use estimated::{
-    Contact, DressedScan, EstimatedBody, KnownMeasure, UncertainGirth, fit_estimated, places_inside, stand_off,
-    visible_skin, zones,
+    Contact, DressedScan, EstimatedBody, HALF_INTERVAL_90, KnownMeasure, UncertainGirth, deviation_by_part,
+    fit_estimated, places_inside, stand_off, visible_skin, zones,
 };
 pub use inside::{Cover, InsideMethod, InsideParams, InsideReport, PoseInside, fit_inside};
 pub use landmarks::{Attached, AttachedFit, FitToPoints, Target, spread_in_motion};

@@ -1,6 +1,7 @@
 //! One shape, and a pose in each scan of the dressed person.
 
 use super::acceptance;
+use super::deviation::along_normals;
 use super::dressed_scan::DressedScan;
 use super::dressed_view::DressedView;
 use super::known::{KnownMeasure, measured};
@@ -13,8 +14,9 @@ use crate::fit::solver::{
     DAMPING, FitIteration, NormalEquations, Phase, Posed, Singular, StoppingRule, iterate, shape_information,
     solve_together,
 };
-use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
-use nalgebra::{DMatrix, RowDVector};
+use crate::geometry::{SurfaceIndex, VertexId};
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
 
 /// A measure of the estimated body with its uncertainty, metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,20 +173,6 @@ impl Together<'_> {
         self.known.iter().filter_map(of).collect()
     }
 
-    /// The standard deviation of each vertex along its normal: what β leaves open, and what the model does not express.
-    fn deviation_along_normals(&self, surface: &TriMesh, covariance: &DMatrix<f64>) -> PerVertex<f64> {
-        let normals = surface.vertex_normals_by_area();
-        let of_vertex = |(v, normal): (VertexId, &Vec3)| {
-            let row = RowDVector::from_iterator(
-                self.model.shape_dirs.len(),
-                self.model.shape_dirs.iter().map(|dirs| dirs[v].dot(normal)),
-            );
-            let variance = (&row * covariance * row.transpose())[(0, 0)];
-            variance.max(0.0).sqrt().hypot(BEYOND_MODEL / std::f64::consts::TAU)
-        };
-        normals.enumerate().map(of_vertex).collect()
-    }
-
     fn concluded(
         mut self,
         shape: Shape,
@@ -236,7 +224,7 @@ impl Together<'_> {
             log,
         };
         let poses_in_others = self.views[1..].iter().map(|view| Some(view.pose.clone())).collect();
-        let deviation = Some(self.deviation_along_normals(&surface, &covariance));
+        let deviation = Some(along_normals(self.model, &surface, &covariance, BEYOND_MODEL / TAU));
         let unseen = Vec::new();
         let fitted =
             FittedBody { shape, pose, surface, skeleton, unseen, poses_in_others, deviation, report, hair: None };

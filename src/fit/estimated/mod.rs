@@ -8,6 +8,7 @@
 
 mod acceptance;
 mod contact;
+mod deviation;
 mod dressed_scan;
 mod dressed_view;
 mod fit_estimated;
@@ -16,6 +17,7 @@ mod scalp;
 
 pub use acceptance::{places_inside, visible_skin};
 pub use contact::{Contact, stand_off, zones};
+pub use deviation::{HALF_INTERVAL_90, deviation_by_part};
 pub use dressed_scan::DressedScan;
 pub use fit_estimated::{EstimatedBody, UncertainGirth, fit_estimated};
 pub use known::KnownMeasure;

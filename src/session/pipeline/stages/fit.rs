@@ -3,8 +3,8 @@
 use super::later_scans::{self, LaterScan};
 use crate::check::HAIR_AREA;
 use crate::fit::{
-    self, DressedScan, EstimatedBody, FittedBody, KnownMeasure, NakedParams, OtherScan, fit_estimated, fit_naked,
-    fit_together,
+    self, DressedScan, EstimatedBody, FittedBody, HALF_INTERVAL_90, KnownMeasure, NakedParams, OtherScan,
+    fit_estimated, fit_naked, fit_together,
 };
 use crate::scan::Scan;
 use crate::session::pipeline::memo::at::{Code, Run};
@@ -88,8 +88,6 @@ fn estimated(
     store: &Store,
     on_progress: OnProgress,
 ) -> Run<FittedBody> {
-    /// Half an interval of 90 %, in standard deviations.
-    const HALF_OF_90: f64 = 1.645;
     /// Half of the chest's interval above which the clothes say too little. Metres.
     const VAGUE: f64 = 0.08;
     let model = model.load(store)?;
@@ -108,7 +106,7 @@ fn estimated(
     let mut vague = None;
     for (name, short) in SHOWN {
         let Some(m) = measures.iter().find(|m| m.name == name) else { continue };
-        let half = HALF_OF_90 * m.deviation;
+        let half = HALF_INTERVAL_90 * m.deviation;
         outcome = outcome
             .measured(&format!("estimated_{short}_cm"), 1e2 * m.metres)
             .measured(&format!("estimated_{short}_half_interval_cm"), 1e2 * half);

@@ -1,6 +1,6 @@
 //! How certain an estimated body is, place by place, as colours and in words.
 
-use crate::fit::zones;
+use crate::fit::{HALF_INTERVAL_90, deviation_by_part};
 use crate::geometry::PerVertex;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
@@ -9,11 +9,8 @@ use crate::view::{Cell, Facing, Paint, Part, Sheet, SheetRow, contact_sheet};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Half an interval of 90 %, in standard deviations.
-const HALF_OF_90: f64 = 1.645;
-
-/// The upper end of the ramp, in metres: hidden skin of one scan is 10 mm off on average.
-const RAMP: f64 = 0.03;
+/// The ends of the ramp, in millimetres: hidden skin of one scan is 7 mm off on average.
+const RAMP: [f64; 2] = [0.0, 30.0];
 
 impl Session {
     /// Draws how far the skin may be from where it is, along its normal, as half an interval of 90 %; and gives the mean of each part
@@ -25,35 +22,30 @@ impl Session {
         if steps.is_empty() {
             self.posed_steps(None)?;
         }
-        let fitted = steps.iter().find_map(|step| step.fitted.as_ref());
-        let Some((fitted, deviation)) = fitted.and_then(|fitted| Some((fitted, fitted.deviation.as_ref()?))) else {
-            return Err(SessionError::BadRequest {
-                what: "the body was scanned bare, so that none of its places has an interval".into(),
-                hint: "`view --confidence` draws a body that `scan outfit` estimated below clothes".into(),
-            });
+        let scanned = || SessionError::BadRequest {
+            what: "the body was scanned bare, so that none of its places has an interval".into(),
+            hint: "`view --confidence` draws a body that `scan outfit` estimated below clothes".into(),
         };
-        let half: PerVertex<f64> = deviation.iter().map(|sigma| HALF_OF_90 * sigma).collect();
-        let mut of_parts: BTreeMap<String, (f64, f64)> = BTreeMap::new();
-        let areas = fitted.surface.vertex_areas();
-        for ((v, zone), half) in zones(&self.body_model()?).enumerate().zip(half.iter()) {
-            let (sum, total) = of_parts.entry(zone.split('.').next().unwrap_or(zone).to_string()).or_default();
-            *sum += areas[v] * half;
-            *total += areas[v];
-        }
-        let means: BTreeMap<String, f64> =
-            of_parts.into_iter().map(|(part, (sum, total))| (part, sum / total)).collect();
-        let unsure = |e| SessionError::bad_source(path, e);
-        let part =
-            Part::try_new(&fitted.surface, Paint::Scalar { values: &half, range: [0.0, RAMP] }).map_err(unsure)?;
+        let fitted = steps.iter().find_map(|step| step.fitted.as_ref()).ok_or_else(scanned)?;
+        let deviation = fitted.deviation.as_ref().ok_or_else(scanned)?;
+        let parts = deviation_by_part(fitted, &self.body_model()?).ok_or_else(scanned)?;
+        let parts: BTreeMap<String, f64> =
+            parts.into_iter().map(|(part, deviation)| (part, HALF_INTERVAL_90 * deviation)).collect();
+        let millimetres: PerVertex<f64> = deviation.iter().map(|metres| 1e3 * HALF_INTERVAL_90 * metres).collect();
+        let body = Part::try_new(&fitted.surface, Paint::Scalar { values: &millimetres, range: RAMP })
+            .map_err(|e| SessionError::bad_source(path, e))?;
         let sides = [("front", Facing::Front), ("side", Facing::Side), ("back", Facing::Back)];
-        let cells = sides.map(|(name, facing)| Cell::new(name, &[part], facing)).to_vec();
-        let notes = means.iter().map(|(part, half)| format!("{part}\t± {:.0} mm", 1e3 * half)).collect();
-        let ramp = Some(("half an interval of 90 %, m".to_string(), [0.0, RAMP]));
-        let row = SheetRow { title: "body".into(), notes, cells, ramp, legend: Vec::new() };
+        let row = SheetRow {
+            title: "body".into(),
+            notes: parts.iter().map(|(part, half)| format!("{part}\t± {:.0} mm", 1e3 * half)).collect(),
+            cells: sides.map(|(name, facing)| Cell::new(name, &[body], facing)).to_vec(),
+            ramp: Some(("half an interval of 90 %, mm".to_string(), RAMP)),
+            legend: Vec::new(),
+        };
         let title = format!("{}: how certain the estimated body is", self.name());
-        let sheet =
-            Sheet::new(title, "distance along the normal within which the skin is in nine of ten cases", vec![row]);
+        let subtitle = "distance along the normal within which the skin is in nine of ten cases";
+        let sheet = Sheet::new(title, subtitle, vec![row]);
         outputs.write(path, Content::Picture, |out| contact_sheet(&sheet).write_png(out))?;
-        Ok(means)
+        Ok(parts)
     }
 }
