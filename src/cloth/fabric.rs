@@ -21,6 +21,10 @@ pub struct Fabric {
 impl Fabric {
     /// Thin knit of t-shirts.
     pub const JERSEY: Self = Self { density: 0.19, thickness: 0.6e-3, stretch: 80.0, bending: 5e-6, friction: 0.3 };
+    /// Nylon with spandex of tights.
+    pub const HOSIERY: Self = Self { density: 0.06, thickness: 0.3e-3, stretch: 60.0, bending: 2e-6, friction: 0.3 };
+    /// Leather of boots.
+    pub const LEATHER: Self = Self { density: 0.80, thickness: 1.5e-3, stretch: 1500.0, bending: 5e-3, friction: 0.5 };
     /// Thick knit of pullovers.
     pub const KNIT: Self = Self { density: 0.34, thickness: 2.2e-3, stretch: 90.0, bending: 25e-6, friction: 0.4 };
     /// Woven cotton of shirts.

@@ -218,7 +218,10 @@ mod tests {
         let sleeved: Vec<&str> = GarmentTemplate::names().filter(|name| takes_sleeve(&of(name))).collect();
         assert_eq!(
             sleeved,
-            ["blouse", "coat", "dress", "gloves", "jacket", "pullover", "shirt", "tanktop", "tshirt", "vest"]
+            [
+                "blouse", "bra", "coat", "dress", "gloves", "hoodie", "jacket", "overalls", "pullover", "shirt",
+                "tanktop", "tshirt", "vest"
+            ]
         );
         let endless: Vec<&str> = GarmentTemplate::names().filter(|name| !takes_until(&of(name))).collect();
         assert_eq!(endless, ["gloves", "hair", "hat"]);

@@ -21,7 +21,8 @@ impl GarmentTemplate {
         }
         let landmarks = Landmarks::of(body, skeleton);
         let region = CoveredRegion::of(self, &landmarks, extent);
-        Ok(landmarks.places(body, skeleton).iter().map(|place| region.covers(place)).collect())
+        let is_free = |place: &Place| self.leaves_face_free && landmarks.is_face(place);
+        Ok(landmarks.places(body, skeleton).iter().map(|place| region.covers(place) && !is_free(place)).collect())
     }
 
     /// Places the template on one body, for [`propose`](super::propose).
@@ -283,6 +284,19 @@ impl Landmarks {
                 HalfSpace { origin: self.neck + axis * limit.at, up: axis.try_normalize(1e-9).unwrap_or_else(Vec3::y) }
             }
         }
+    }
+
+    /// Whether a place is of the face, from chin to hairline, as a hood leaves it free.
+    fn is_face(&self, place: &Place) -> bool {
+        /// The chin between neck and head joint, the hairline between head joint and crown, as shares.
+        const CHIN: f64 = 0.8;
+        const HAIRLINE: f64 = 0.8;
+        /// Distance in front of the head joint, in metres: ears and temples are covered.
+        const IN_FRONT: f64 = 0.03;
+        let Place::Trunk(p) = place else { return false };
+        let chin = self.neck.y + CHIN * (self.head.y - self.neck.y);
+        let hairline = self.head.y + HAIRLINE * (self.crown - self.head.y);
+        (chin..hairline).contains(&p.y) && p.z > self.head.z + IN_FRONT
     }
 
     fn between(&self, span: &Span) -> Slab {

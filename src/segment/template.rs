@@ -142,6 +142,9 @@ pub struct GarmentTemplate {
     /// Whether it grows on the body, as hair does: the fit of the bare scan finds it, and its limits only say where it is usual.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub grows: bool,
+    /// Whether it surrounds the head and leaves the face free, as a hood does.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) leaves_face_free: bool,
     #[serde(default)]
     pub(super) until: MovedEnd,
     pub(super) trunk: Option<TrunkCover>,
@@ -162,13 +165,17 @@ macro_rules! garments {
 /// The built-in templates, by name.
 const BUILT_IN: &[(&str, &str)] = garments![
     "blouse",
+    "boots",
+    "bra",
     "coat",
     "dress",
     "gloves",
     "hair",
     "hat",
+    "hoodie",
     "jacket",
     "leggings",
+    "overalls",
     "pullover",
     "scarf",
     "shirt",
@@ -177,6 +184,7 @@ const BUILT_IN: &[(&str, &str)] = garments![
     "skirt",
     "socks",
     "tanktop",
+    "tights",
     "trousers",
     "tshirt",
     "underpants",

@@ -40,6 +40,20 @@ pub enum GarmentKind {
     Scarf,
     /// Knitted cap.
     Hat,
+    /// Skin-tight, from below the waist, without legs.
+    Briefs,
+    /// Skin-tight, over the breast.
+    Bra,
+    /// Skin-tight and thinner than half a millimetre, waist to toes.
+    Tights,
+    /// Wide dungarees with a bib.
+    Overalls,
+    /// Sweatshirt, its hood up.
+    Hoodie,
+    /// A pair, without separate fingers.
+    Mittens,
+    /// A pair, leather, to the middle of the shin.
+    Boots,
 }
 
 /// The parts of the body that a garment covers, one bit each.
@@ -48,14 +62,18 @@ const LOWER: u8 = 2;
 const UPPER: u8 = 4;
 const NECK: u8 = 8;
 const HEAD: u8 = 16;
+const HANDS: u8 = 32;
 
 /// A kind: name, segmentation template, description, level (higher is farther out), and the parts that it covers.
-struct KindRow(&'static str, &'static str, &'static str, u8, u8);
+struct KindRow(&'static str, &'static str, &'static str, i8, u8);
 
 impl GarmentKind {
     /// All kinds.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 24] = [
+        Self::Briefs,
+        Self::Bra,
         Self::Socks,
+        Self::Tights,
         Self::Leggings,
         Self::Tanktop,
         Self::Tshirt,
@@ -66,12 +84,16 @@ impl GarmentKind {
         Self::Shorts,
         Self::Skirt,
         Self::Dress,
+        Self::Overalls,
         Self::Pullover,
+        Self::Hoodie,
         Self::Vest,
         Self::Jacket,
         Self::Coat,
         Self::Scarf,
         Self::Hat,
+        Self::Mittens,
+        Self::Boots,
     ];
 
     fn row(self) -> KindRow {
@@ -101,6 +123,13 @@ impl GarmentKind {
             ),
             Self::Scarf => KindRow("scarf", "scarf", "wool, round the neck", 6, NECK),
             Self::Hat => KindRow("hat", "hat", "knitted cap", 6, HEAD),
+            Self::Briefs => KindRow("briefs", "underpants", "skin-tight, from below the waist, no legs", -1, LOWER),
+            Self::Bra => KindRow("bra", "bra", "skin-tight, over the breast", -1, UPPER),
+            Self::Tights => KindRow("tights", "tights", "skin-tight, thin, waist to toes", 0, LOWER | FEET),
+            Self::Overalls => KindRow("overalls", "overalls", "denim, wide, with a bib", 2, UPPER | LOWER),
+            Self::Hoodie => KindRow("hoodie", "hoodie", "sweatshirt, its hood up", 3, UPPER | NECK | HEAD),
+            Self::Mittens => KindRow("mittens", "gloves", "a pair, without separate fingers", 0, HANDS),
+            Self::Boots => KindRow("boots", "boots", "a pair, leather, to the middle of the shin", 4, FEET),
         }
     }
 
@@ -143,7 +172,7 @@ impl GarmentKind {
                     return Err(StudioError::WornTwice { name: kind.name() });
                 }
                 // One shirt goes over another, but nobody wears two pairs of trousers, or trousers over a skirt.
-                let blocked = level < outer || (level == outer && place & LOWER != 0);
+                let blocked = level < outer || (level == outer && place & there & LOWER != 0);
                 if place & there != 0 && blocked {
                     return Err(StudioError::ImpossibleOrder { outer: worn.name(), inner: kind.name() });
                 }
@@ -156,19 +185,25 @@ impl GarmentKind {
     pub fn fabric(self) -> Fabric {
         match self {
             Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt => Fabric::JERSEY,
-            Self::Pullover | Self::Hat | Self::Scarf => Fabric::KNIT,
+            Self::Briefs | Self::Bra => Fabric::JERSEY,
+            Self::Tights => Fabric::HOSIERY,
+            Self::Pullover | Self::Hat | Self::Scarf | Self::Hoodie | Self::Mittens => Fabric::KNIT,
             Self::Shirt => Fabric::SHIRTING,
             Self::Blouse | Self::Dress => Fabric::SILK,
             Self::Trousers | Self::Skirt | Self::Vest => Fabric::SUITING,
-            Self::Jeans | Self::Shorts => Fabric::DENIM,
+            Self::Jeans | Self::Shorts | Self::Overalls => Fabric::DENIM,
             Self::Jacket => Fabric::TAILORED,
             Self::Coat => Fabric::COATING,
+            Self::Boots => Fabric::LEATHER,
         }
     }
 
     /// Whether a waistband holds it, over the layers below.
     pub(super) fn has_waistband(self) -> bool {
-        matches!(self, Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt)
+        matches!(
+            self,
+            Self::Briefs | Self::Tights | Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt
+        )
     }
 }
 
@@ -185,6 +220,9 @@ mod tests {
             "jeans,tshirt,coat",
             "shirt,trousers,vest,jacket,scarf,hat",
             "socks,leggings,skirt",
+            "bra,briefs,tights,shirt,overalls,hoodie,boots",
+            "mittens,coat",
+            "coat,mittens",
         ] {
             assert_eq!(order(fine), Ok(()), "{fine}");
         }
@@ -194,6 +232,8 @@ mod tests {
             ("jeans,leggings", "leggings"),
             ("skirt,trousers", "trousers"),
             ("coat,jeans", "jeans"),
+            ("skirt,overalls", "overalls"),
+            ("tights,briefs", "briefs"),
         ] {
             assert!(
                 matches!(order(wrong), Err(StudioError::ImpossibleOrder { inner: i, .. }) if i == inner),

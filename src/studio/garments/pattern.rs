@@ -48,6 +48,12 @@ impl GarmentKind {
         match self {
             Self::Socks => matches!(part, LowerLeg(_) | Foot(_) | Toes(_)),
             Self::Leggings | Self::Trousers | Self::Jeans | Self::Shorts | Self::Skirt => is_trunk(part),
+            Self::Briefs => matches!(part, Hips | Spine | UpperLeg(_)),
+            Self::Tights => is_trunk(part),
+            Self::Boots => matches!(part, LowerLeg(_) | Foot(_) | Toes(_)),
+            Self::Mittens => matches!(part, LowerArm(_) | Hand(_)),
+            Self::Overalls => !matches!(part, Head | Hand(_) | LowerArm(_)),
+            Self::Hoodie => !matches!(part, LowerLeg(_) | Foot(_) | Toes(_) | Hand(_)),
             Self::Hat => part == Head,
             Self::Scarf => is_throat(part) && part != Chest,
             Self::Dress | Self::Coat => !matches!(part, Head | Hand(_) | Foot(_)),
@@ -97,6 +103,24 @@ impl GarmentKind {
             Self::Skirt => 0.006,
             Self::Scarf => 0.020,
             Self::Hat => 0.004,
+            Self::Briefs | Self::Bra => 0.002,
+            Self::Tights => 0.001,
+            Self::Overalls => {
+                if is_leg(part) {
+                    leg(0.014, 0.030, 0.030)
+                } else {
+                    torso(0.026, 0.020, 0.010)
+                }
+            }
+            Self::Hoodie => match part {
+                Head => 0.018,
+                _ => sleeve(0.014, 0.018, 0.010).unwrap_or_else(|| torso(0.024, 0.023, 0.013)),
+            },
+            Self::Mittens => 0.012,
+            Self::Boots => match part {
+                LowerLeg(_) => 0.024 - 0.006 * t,
+                _ => 0.007,
+            },
         }
     }
 
@@ -113,6 +137,42 @@ impl GarmentKind {
             Self::Socks => {
                 (pattern.surplus, pattern.pieces) = ([0.96, 1.02], 2);
                 hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.75, -1.0, 0.0)));
+            }
+            Self::Briefs => {
+                pattern.surplus = [0.96, 1.0];
+                let top = hip + 0.6 * (waist - hip);
+                hems.push(hem(|_| true, move |p| top - p.y));
+                hems.extend(Side::BOTH.map(|side| leg_hole(side, hip + 0.28 * (knee - hip), 0.02, 0.8)));
+            }
+            Self::Bra => {
+                pattern.surplus = [0.97, 1.0];
+                hems.push(level(hip + 0.53 * (form.joint(Neck).y - hip), 1.0));
+                hems.push(round_neck(form, 0.105, 0.085));
+                hems.extend(Side::BOTH.map(|side| armhole(form, side, 0.025)));
+            }
+            Self::Tights => {
+                pattern.surplus = [0.96, 1.0];
+                hems.push(level(waist - 0.005, -1.0));
+            }
+            Self::Overalls => {
+                hems.push(round_neck(form, 0.115, 0.085));
+                hems.extend(Side::BOTH.map(|side| armhole(form, side, 0.030)));
+                hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.82, 1.0, leg)));
+            }
+            Self::Hoodie => {
+                pattern.surplus = [1.03, 1.04];
+                hems.push(level(hip + 0.02 + longer, 1.0));
+                hems.push(face(form));
+                hems.extend(Side::BOTH.map(|side| sleeve_end(form, side, LowerArm, Hand, 0.95, sleeve)));
+            }
+            Self::Mittens => {
+                (pattern.surplus, pattern.pieces) = ([1.0, 1.0], 2);
+                hems.push(hem(|part| !is_arm(part), |_| -1.0));
+                hems.extend(Side::BOTH.map(|side| wrist(form, side)));
+            }
+            Self::Boots => {
+                (pattern.surplus, pattern.pieces) = ([1.0, 1.0], 2);
+                hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.45, -1.0, 0.0)));
             }
             Self::Leggings | Self::Trousers | Self::Jeans => {
                 let end = if self == Self::Leggings { 0.9 } else { 0.96 };
@@ -249,6 +309,32 @@ fn thigh_end<'a>(form: &DressForm, side: Side, along: f64, longer: f64) -> Hem<'
     let normal = (form.joint(from) - form.joint(to)).normalize();
     let point = form.between(from, to, along) - normal * longer;
     hem(move |part| part.limb() == Limb::Leg(side), move |p| (p - point).dot(&normal))
+}
+
+/// A leg hole, from `inner` metres beside the middle at the height of the `crotch` outward and up, `slope` metres per metre.
+fn leg_hole<'a>(side: Side, crotch: f64, inner: f64, slope: f64) -> Hem<'a> {
+    hem(
+        |_| true,
+        move |p| {
+            let out = p.x * side.sign() - inner;
+            if p.x * side.sign() > 0.0 { p.y - crotch - slope * out } else { 1.0 }
+        },
+    )
+}
+
+/// The end of a mitten, across the forearm.
+fn wrist<'a>(form: &DressForm, side: Side) -> Hem<'a> {
+    let (from, to) = (LowerArm(side), Hand(side));
+    let normal = (form.joint(to) - form.joint(from)).normalize();
+    let point = form.between(from, to, 0.85);
+    hem(move |part| part.limb() == Limb::Arm(side), move |p| (p - point).dot(&normal))
+}
+
+/// The opening of a hood: of the head, what is in front of the temples and above the chin is free.
+fn face<'a>(form: &DressForm) -> Hem<'a> {
+    let (head, chin) = (form.joint(Head), form.between(Neck, Head, 0.8).y);
+    let front = head.z + 0.045;
+    hem(is_throat, move |p| (front - p.z - 0.15 * (p.y - head.y)).max(chin - p.y))
 }
 
 /// An armhole, around the root of the arm, `inward` metres toward the neck from the joint.

@@ -72,7 +72,7 @@ fn sew_graded(kind: GarmentKind, subject: &Subject, seed: u64, grade: Grade) -> 
         _ => around(kind, &pattern, &form, grade),
     };
     let sewn = with_smooth_boundary(&largest_components(&cut_along(&whole, &pattern.hems, &form), pattern.pieces));
-    let pinned = waistband(kind, &sewn);
+    let pinned = held(kind, &sewn);
     // A millimetre of unevenness decides to which side a fold falls.
     let uneven: Vec<Point> =
         sewn.points().iter().map(|p| p + Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001).collect();
@@ -128,15 +128,31 @@ fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm, grade: Gra
         to_body.min(to_tube) as f32
     });
     // Cloth spans hollows: the small of the back, between breasts and between buttocks. Tight knits do not.
-    let rounds = if matches!(kind, GarmentKind::Socks | GarmentKind::Leggings | GarmentKind::Hat) { 1 } else { 7 };
+    let is_tight = matches!(
+        kind,
+        GarmentKind::Socks
+            | GarmentKind::Leggings
+            | GarmentKind::Hat
+            | GarmentKind::Briefs
+            | GarmentKind::Bra
+            | GarmentKind::Tights
+            | GarmentKind::Mittens
+    );
+    let rounds = if is_tight { 1 } else { 7 };
     for _ in 0..rounds {
         field.smooth();
     }
     field.zero_surface()
 }
 
-/// The vertices of the waistband: the top two rows.
-fn waistband(kind: GarmentKind, sewn: &TriMesh) -> PerVertex<bool> {
-    let top = sewn.points().iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max);
-    sewn.points().iter().map(|p| kind.has_waistband() && p.y > top - 1.4 * SPACING).collect()
+/// The vertices that stay where they are sewn: the top two rows of a waistband, and the feet of boots, whose soles are stiff.
+fn held(kind: GarmentKind, sewn: &TriMesh) -> PerVertex<bool> {
+    /// Height of the instep, metres.
+    const INSTEP: f64 = 0.07;
+    let Some(bounds) = sewn.bounds() else { return PerVertex::default() };
+    let is_held = |p: &Point| match kind {
+        GarmentKind::Boots => p.y < bounds.min.y + INSTEP,
+        _ => kind.has_waistband() && p.y > bounds.max.y - 1.4 * SPACING,
+    };
+    sewn.points().iter().map(is_held).collect()
 }
