@@ -118,7 +118,11 @@ fn foreign_garments_are_segmented() {
             &step.scan,
             &Adjacency::prepare(&step.scan.mesh),
             &labels.clone().into(),
-            &BodyBelow { mesh: &step.body.mesh, covered: &placement.prior },
+            &BodyBelow {
+                mesh: &step.body.mesh,
+                covered: &placement.prior,
+                goes_between_legs: template.goes_between_legs(),
+            },
             template.expected_loops(),
             &CutParams::default(),
         )

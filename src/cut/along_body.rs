@@ -12,7 +12,7 @@ const LEAST_AGREEMENT: f64 = 0.6;
 /// Least distance of the filling from the body, in metres: it is cloth, not skin.
 const LEAST_OFFSET: f64 = 1e-3;
 /// What is farther than this from the part of the body that the template covers is not covered, in metres: the soles below
-/// trousers are farther. The straps of tank tops are, too, at 3 and at 5 cm (seeds 2003, 2007): they stay open.
+/// trousers are farther. The straps of tank tops are, too, at 3 and at 5 cm (seeds 2003, 2007): what leads across is cloth nevertheless.
 const TEMPLATE_ERROR: f64 = 0.05;
 /// Rounds of smoothing after the filling was laid on the body: they soften the step at its border, and flatten a crown by 1 mm.
 const SMOOTHING_ROUNDS: usize = 3;
@@ -22,6 +22,8 @@ pub(super) struct BodyIndex {
     surface: SurfaceIndex,
     is_covered: PerVertex<bool>,
     covered: NearestVertex,
+    floor: f64,
+    goes_between_legs: bool,
 }
 
 impl BodyIndex {
@@ -29,17 +31,31 @@ impl BodyIndex {
         let points = body.mesh.points().iter().zip(body.covered.iter());
         let covered: Vec<Point> = points.filter(|(_, covered)| **covered).map(|(p, _)| *p).collect();
         let (surface, is_covered) = (SurfaceIndex::prepare(body.mesh), body.covered.clone());
-        Self { surface, is_covered, covered: NearestVertex::prepare(&covered) }
+        let floor = body.mesh.bounds().map_or(0.0, |bounds| bounds.min.y);
+        let covered = NearestVertex::prepare(&covered);
+        Self { surface, is_covered, covered, floor, goes_between_legs: body.goes_between_legs }
     }
 
     /// Whether it is that of this body.
     pub(super) fn is_of(&self, body: &BodyBelow) -> bool {
-        self.is_covered == *body.covered && self.surface.mesh() == body.mesh
+        let Self { surface, is_covered, goes_between_legs, .. } = self;
+        is_covered == body.covered && *goes_between_legs == body.goes_between_legs && surface.mesh() == body.mesh
     }
 
     /// The body's surface.
     pub(super) fn surface(&self) -> &SurfaceIndex {
         &self.surface
+    }
+
+    /// Whether a strap may lead across a hole there: over a shoulder, or between the legs if the garment goes there, but not under a
+    /// foot, at which trousers end on both sides.
+    pub(super) fn may_have_strap(&self, p: &Point) -> bool {
+        /// Height above the lowest point of the body, in metres.
+        const ABOVE_FEET: f64 = 0.12;
+        /// Least height of the unit normal at the top of a shoulder.
+        const FACES_UP: f64 = 0.3;
+        let faces_up = || self.surface.pseudonormal(&self.surface.closest(p)).y > FACES_UP;
+        p.y > self.floor + ABOVE_FEET && (self.goes_between_legs || faces_up())
     }
 
     /// Whether the template may cover the body there.

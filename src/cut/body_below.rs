@@ -11,4 +11,6 @@ pub struct BodyBelow<'a> {
     pub mesh: &'a TriMesh,
     /// Which vertices the garment's template covers.
     pub covered: &'a PerVertex<bool>,
+    /// Whether the garment goes between the legs, as trousers do and shirts do not.
+    pub goes_between_legs: bool,
 }

@@ -7,6 +7,7 @@ use super::fillings::filling;
 use super::params::CutParams;
 use super::patch::GREATEST_RING;
 use super::slice::Slice;
+use super::straps;
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
@@ -62,31 +63,39 @@ pub(super) fn filled(
         let small = is_beside_hair
             || hole <= params.greatest_filled_hole
                 && length <= LENGTH_PER_CIRCUMFERENCE * circumference(params.greatest_filled_hole);
-        let longest = if is_beside_hair { GREATEST_RING_BESIDE_HAIR } else { GREATEST_RING };
-        let fair = if hole <= GREATEST_ALONG_BODY { earlier.fillings.of(mesh, around, &ring, longest)? } else { None };
         let labelled = ring.iter().filter(|&&v| labels.0[v]).count() as f64 / ring.len() as f64;
+        let longest_without_strap = if is_beside_hair { GREATEST_RING_BESIDE_HAIR } else { GREATEST_RING };
+        let may_have_strap = !is_beside_hair && (LEAST_LABELLED..MOSTLY_CLOTH).contains(&labelled);
+        let longest = if may_have_strap { GREATEST_RING_OF_STRAPS } else { longest_without_strap };
+        let fair = if hole <= GREATEST_ALONG_BODY { earlier.fillings.of(mesh, around, &ring, longest)? } else { None };
         let along_body = match &fair {
-            Some(fair) if hole > LEAST_ALONG_BODY && labelled > LEAST_LABELLED => {
+            Some(fair) if labelled > LEAST_LABELLED && (hole > LEAST_ALONG_BODY || labelled < MOSTLY_CLOTH) => {
                 laid_along_body(&fair.0, &fair.1, body)
             }
             _ => None,
         };
         let is_along_body = along_body.is_some();
+        let is_cloth: Vec<bool> = ring.iter().map(|&v| labels.0[v]).collect();
+        let of_strap = along_body.as_ref().map(|inner| straps::across(inner, &rim, &is_cloth, body));
+        let has_strap = of_strap.as_ref().is_some_and(|of_strap| of_strap.contains(&true));
+        let is_filled = has_strap || (small || is_along_body) && ring.len() <= longest_without_strap;
         let Some(patch) = fair
-            .filter(|_| small || is_along_body)
+            .filter(|_| is_filled)
             .map(|fair| Filling { inner: along_body.unwrap_or_else(|| fair.1.clone()), faces: fair.0.faces.clone() })
         else {
             open_holes.extend(ring);
             continue;
         };
         // A gap with less than half of its border on the garment is between the garment and something else: not cloth.
-        // Along the body it may continue a strap across a shoulder.
-        let cloth = is_along_body || labelled >= 0.5;
+        // Along the body it may continue a garment, and a strap that leads across.
+        let cloth = is_along_body && hole > LEAST_ALONG_BODY || labelled >= MOSTLY_CLOTH;
         faces.extend(patch.faces_from(&ring, points.len()));
         let nearest = NearestVertex::prepare(&rim);
-        for p in &patch.inner {
-            let close = ring[nearest.nearest(p).expect("a ring has vertices").0.index()];
-            labels.0.0.push(cloth && labels.0[close] && (!is_along_body || body.may_be_covered(p)));
+        let beside: Vec<usize> =
+            patch.inner.iter().map(|p| nearest.nearest(p).expect("a ring has vertices").0.index()).collect();
+        for (k, (p, &beside)) in patch.inner.iter().zip(&beside).enumerate() {
+            let continues = cloth && is_cloth[beside] && (!is_along_body || body.may_be_covered(p));
+            labels.0.0.push(continues || of_strap.as_ref().is_some_and(|of_strap| of_strap[k]));
             by_hand.0.push(false);
             if let Some(colors) = &mut colors {
                 colors.0.push(blended(colors, &ring, &rim, p));
@@ -221,8 +230,12 @@ fn close_label_pinholes(mesh: &TriMesh, adjacency: &Adjacency, labels: &mut Labe
 const LEAST_BESIDE_HAIR: f64 = 0.2;
 /// Greatest number of points on the border of such a hole; the one beside the hair of person c has 432.
 const GREATEST_RING_BESIDE_HAIR: usize = 600;
-/// Least share of the garment in the border of such a hole: the ends of a strap have a quarter of it.
-const LEAST_LABELLED: f64 = 0.15;
+/// Least share of the garment in the border of a hole that is filled along the body: the ends of a bra's strap have 0.15 of it (seed 3001).
+const LEAST_LABELLED: f64 = 0.1;
+/// Greatest number of points on the border of a hole across which a strap leads; between the legs one has 262 (seed 3001).
+const GREATEST_RING_OF_STRAPS: usize = 400;
+/// Share of the garment in the border of a small hole from which it lies in the cloth.
+const MOSTLY_CLOTH: f64 = 0.5;
 /// Least area of a hole that is filled along the body, in m²: smaller ones continue the cloth around them.
 const LEAST_ALONG_BODY: f64 = 20e-4;
 /// Greatest area of a hole that is filled along the body, in m²: the crown in a cap, or a sole, has 150 to 220 cm².
@@ -279,7 +292,7 @@ mod tests {
         let corner = |x, y| Point::new(50.0 + x, y, 0.0);
         let points = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
         let mesh = TriMesh::try_from_indices(points, &[[0, 1, 2]]).unwrap();
-        BodyIndex::prepare(&BodyBelow { mesh: &mesh, covered: &PerVertex::filled(true, 3) })
+        BodyIndex::prepare(&BodyBelow { mesh: &mesh, covered: &PerVertex::filled(true, 3), goes_between_legs: false })
     }
 
     /// A sphere of radius 10 cm with a hole of about 3 cm across, all labelled.
@@ -367,7 +380,7 @@ mod tests {
         let labels = Labels(PerVertex::filled(true, count));
         let on = |mesh: &TriMesh, covered: bool| {
             let covered = PerVertex::filled(covered, mesh.vertex_count());
-            let body = BodyIndex::prepare(&BodyBelow { mesh, covered: &covered });
+            let body = BodyIndex::prepare(&BodyBelow { mesh, covered: &covered, goes_between_legs: false });
             let mut findings = Vec::new();
             let (params, earlier) = (CutParams::default(), EarlierCuts::default());
             let found = filled(&cap, &around, &labels.clone().into(), &body, &params, &earlier, &mut findings);

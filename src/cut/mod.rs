@@ -6,8 +6,10 @@ mod below_hair;
 mod body_below;
 mod boundary_loops;
 mod color_evidence;
+mod crumples;
 mod earlier_cuts;
 mod edge_search;
+mod enclosed;
 mod error;
 mod field;
 mod fill_holes;
@@ -18,6 +20,7 @@ mod patch;
 mod pieces;
 mod raggedness;
 mod slice;
+mod straps;
 #[cfg(test)]
 mod tests;
 mod underlap;
@@ -34,6 +37,7 @@ use crate::scan::Scan;
 use crate::segment::Segmentation;
 use earlier_cuts::FilledSurface;
 use serde::{Deserialize, Serialize};
+use slice::Slice;
 use std::ops::RangeInclusive;
 use underlap::Underlapped;
 
@@ -144,19 +148,29 @@ pub fn cut_again(
     let FilledSurface { mesh: surface, adjacency, .. } = &*filled.surface;
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
-    let sliced = slice::slice(surface, &at_edge)?.with_hems_only(&filled.beside_hole);
     // What continues below hair has the garment's label now, and had not.
     let is_seen = |v: VertexId| v.index() < vertices && (labels.0[v] || !segmentation.labels.0[v]);
-    let sliced = sliced.seen_where(is_seen);
-    let sliced = pieces::without_fins(sliced);
-    let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, &mut findings);
-    let sliced = pieces::with_bow_ties_split(sliced)?;
-    if sliced.mesh.face_count() == 0 {
-        return Err(CutError::NothingLabelled { labelled: labels.garment_vertex_count(), vertices });
+    let along = |field: &PerVertex<f64>, findings: &mut Vec<String>| -> Result<Slice, CutError> {
+        let sliced = slice::slice(surface, field)?.with_hems_only(&filled.beside_hole).seen_where(is_seen);
+        let sliced = pieces::without_fins(sliced);
+        let sliced = pieces::without_islands(sliced, &filled, params.least_island_share, findings);
+        let sliced = pieces::with_bow_ties_split(sliced)?;
+        if sliced.mesh.face_count() == 0 {
+            return Err(CutError::NothingLabelled { labelled: labels.garment_vertex_count(), vertices });
+        }
+        fill_holes::close_pinholes(sliced, &filled)
+    };
+    let mut sliced = along(&at_edge, &mut findings)?;
+    let surplus = enclosed::hem_count(&sliced).saturating_sub(*expected_loops.end());
+    if let Some((closed, areas)) = enclosed::closed(&filled, adjacency, &at_edge, surplus) {
+        sliced = along(&closed, &mut Vec::new())?;
+        let (count, plural) = (areas.len(), if areas.len() == 1 { "" } else { "s" });
+        let area = areas.iter().sum::<f64>() * 1e4;
+        findings.push(format!("closed {count} place{plural} within the garment, {area:.0} cm² in total"));
     }
-    let sliced = fill_holes::close_pinholes(sliced, &filled)?;
     let across = across_cut::AcrossCut::of(&sliced, &filled, adjacency);
     let faired = hem::faired(sliced, &filled, adjacency, params);
+    let faired = crumples::smoothed(faired, &mut findings)?;
     let loops = boundary_loops::BoundaryLoops::of(&faired, &across);
     let hem_loops = loops.classified(&expected_loops, params, &mut findings);
     let with_underlap =

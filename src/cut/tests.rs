@@ -7,7 +7,7 @@ use crate::segment::{Labels, Segmentation};
 
 fn cut(scan: &Scan, segmentation: &Segmentation) -> Result<Garment, CutError> {
     let covered = PerVertex::filled(true, scan.mesh.vertex_count());
-    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered, goes_between_legs: false };
     super::cut(scan, &Adjacency::prepare(&scan.mesh), segmentation, &body, 1..=1, &CutParams::default())
 }
 
@@ -173,7 +173,7 @@ fn erased_by_hand(scan: &Scan, erased: impl Fn(&Point) -> bool) -> Segmentation 
 fn cuts_of_a_scan_one_after_another_equal_first_cuts() {
     let scan = tube();
     let (around, covered) = (Adjacency::prepare(&scan.mesh), PerVertex::filled(true, scan.mesh.vertex_count()));
-    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered, goes_between_legs: false };
     let earlier = EarlierCuts::default();
     // Strokes in the middle, at the hem, and at the hem elsewhere; then the second one is undone.
     for spots in [&[0.35][..], &[0.35, 0.21], &[0.35, 0.21, 0.19], &[0.35, 0.19], &[]] {
@@ -215,7 +215,7 @@ fn a_hole_made_by_hand_where_a_hem_is_missing_is_that_hem() {
     let labels = Labels(by_hand.iter().map(|&e| !e).collect());
     let around = Adjacency::prepare(&scan.mesh);
     let covered = PerVertex::filled(true, scan.mesh.vertex_count());
-    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered, goes_between_legs: false };
     let garment =
         super::cut(&scan, &around, &Segmentation { by_hand, ..labels.into() }, &body, 2..=2, &CutParams::default())
             .unwrap();
@@ -230,6 +230,25 @@ fn an_unexpected_number_of_hems_is_reported() {
     let garment = cut(&scan, &labels.clone().into()).unwrap();
     assert_eq!(garment.hem_loops.len(), 2);
     assert!(garment.findings.iter().any(|f| f.contains("2 hems found, 1 expected")), "{:?}", garment.findings);
+}
+
+#[test]
+fn a_place_within_the_garment_is_closed_if_its_kind_has_no_hem_there() {
+    let scan = tube();
+    let without_spot = |radius: f64| -> Segmentation {
+        let spot = Point::new(0.1, 0.35, 0.0);
+        Labels(scan.mesh.points().iter().map(|p| p.y > 0.2 && (p - spot).norm() > radius).collect()).into()
+    };
+    let closed = cut(&scan, &without_spot(0.03)).unwrap();
+    assert_eq!(closed.hem_loops.len(), 1);
+    assert_eq!(Adjacency::prepare(&closed.mesh).boundary_loops().len(), 1);
+    assert!(closed.findings.iter().any(|f| f.starts_with("closed 1 place within")), "{:?}", closed.findings);
+    assert_eq!(cut(&scan, &without_spot(0.07)).unwrap().hem_loops.len(), 2, "150 cm²");
+    let covered = PerVertex::filled(true, scan.mesh.vertex_count());
+    let (body, around) =
+        (BodyBelow { mesh: &scan.mesh, covered: &covered, goes_between_legs: false }, Adjacency::prepare(&scan.mesh));
+    let two_hems = super::cut(&scan, &around, &without_spot(0.03), &body, 2..=2, &CutParams::default()).unwrap();
+    assert_eq!(two_hems.hem_loops.len(), 2, "{:?}", two_hems.findings);
 }
 
 #[test]
@@ -249,7 +268,7 @@ fn arguments_that_do_not_belong_together_are_refused() {
     let around = Adjacency::prepare(&scan.mesh);
     let params = CutParams::default();
     let covered = PerVertex::filled(true, scan.mesh.vertex_count());
-    let body = BodyBelow { mesh: &scan.mesh, covered: &covered };
+    let body = BodyBelow { mesh: &scan.mesh, covered: &covered, goes_between_legs: false };
     let given = |scan: &Scan, around: &Adjacency, params: &CutParams| {
         super::cut(scan, around, &all, &body, 0..=4, params).unwrap_err()
     };
@@ -301,7 +320,7 @@ fn below_another(from: f64, shows: impl Fn(&Point) -> bool) -> (Scan, Garment) {
     let segmentation = Segmentation { under, ..labels.into() };
     let body = body_in_tube();
     let covered = PerVertex::filled(true, body.vertex_count());
-    let below = BodyBelow { mesh: &body, covered: &covered };
+    let below = BodyBelow { mesh: &body, covered: &covered, goes_between_legs: false };
     let around = Adjacency::prepare(&scan.mesh);
     let garment = super::cut(&scan, &around, &segmentation, &below, 2..=2, &CutParams::default()).unwrap();
     (scan, garment)
@@ -389,7 +408,7 @@ fn a_garment_continues_below_hair_along_the_body() {
     let shown: PerVertex<bool> = cloth.mesh.points().iter().map(|p| p.y > 0.1 && !is_hair(p)).collect();
     let segmentation = |below_hair| Segmentation { below_hair, ..Labels(shown.clone()).into() };
     let covered = PerVertex::filled(true, body.vertex_count());
-    let below = BodyBelow { mesh: &body, covered: &covered };
+    let below = BodyBelow { mesh: &body, covered: &covered, goes_between_legs: false };
     let around = Adjacency::prepare(&scan.mesh);
     let cut = |labels: &Segmentation| super::cut(&scan, &around, labels, &below, 1..=1, &CutParams::default()).unwrap();
     let whole = cut(&segmentation(Some(hair)));

@@ -245,6 +245,13 @@ impl GarmentTemplate {
         least..=most
     }
 
+    /// Whether it goes between the legs, as trousers do: it ends below the crotch and does not hang across both legs.
+    pub fn goes_between_legs(&self) -> bool {
+        const CROTCH: f64 = -0.2;
+        let covers_crotch = self.trunk.as_ref().is_some_and(|t| t.from.level() <= CROTCH && t.to.level() > 0.0);
+        covers_crotch && !self.bridges_legs
+    }
+
     /// Its usual place among the garments of one scan, small inside. It is its rank, but shirts are worn over the waistbands of
     /// trousers and skirts.
     pub fn order_in_outfit(&self) -> (u32, u32) {

@@ -17,7 +17,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const CUT: Code = Code::new(Stage::Cut, 12);
+pub(in crate::session::pipeline) const CUT: Code = Code::new(Stage::Cut, 14);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
@@ -60,7 +60,8 @@ pub(in crate::session::pipeline) fn run(
         Some(hair) => hair.0,
         None => kind.template.prior(figure.body(), &figure.skeleton, &kind.extent)?,
     };
-    let below = BodyBelow { mesh: &body, covered: &covered };
+    let goes_between_legs = kind.template.goes_between_legs();
+    let below = BodyBelow { mesh: &body, covered: &covered, goes_between_legs };
     let earlier = store.prepared(kept_scan.hash, EarlierCuts::default);
     let expected = kind.template.expected_loops();
     let garment = match cut_again(&scan, &adjacency, &segmentation, &below, expected, &params, &earlier) {
