@@ -60,6 +60,11 @@ outfits FOLDER="target/outfits" *ARGS:
     cargo build --release --no-default-features --bin overcoat --example measure_outfits
     target/release/examples/measure_outfits {{FOLDER}} {{ARGS}}
 
+# Ten people in each of ten difficult kinds of garment: how many are right. ARGS as for `outfits`
+kinds FOLDER="target/kinds" *ARGS:
+    cargo build --release --no-default-features --bin overcoat --example measure_outfits
+    target/release/examples/measure_outfits {{FOLDER}} --kinds {{ARGS}}
+
 # Only whether naked fits converge from any heading and from arms held 30 degrees wrong
 fit-convergence FOLDER="target/judged":
     cargo run --release --no-default-features --example measure_fit -- {{FOLDER}} --parts arms
