@@ -67,12 +67,6 @@ pub(super) fn smallest_rotation(from: &Vec3, to: &Vec3) -> UnitQuaternion<f64> {
     })
 }
 
-/// An angle between −π and π.
-pub(super) fn wrapped(angle: f64) -> f64 {
-    use std::f64::consts::{PI, TAU};
-    (angle + PI).rem_euclid(TAU) - PI
-}
-
 /// A rotation about the vertical.
 pub(super) fn about_vertical(angle: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vec3::y_axis(), angle)

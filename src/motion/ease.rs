@@ -1,11 +1,11 @@
 //! The way from the bind pose to the first frame of a clip.
 
-use super::aligned::{heading, wrapped};
+use super::aligned::heading;
 use super::ground::Ground;
 use super::leg::Leg;
 use crate::body::{Pose, Side, Skeleton};
 use crate::geometry::Vec3;
-use crate::numerics::smoothstep;
+use crate::numerics::{smoothstep, wrapped_angle};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// How high a foot is lifted that moves far, in metres.
@@ -66,7 +66,7 @@ impl Step {
         };
         let (from, to) = (place(a), place(b));
         let moved: Vec3 = to.0.translation.vector - from.0.translation.vector;
-        let turned = wrapped(heading(&to.0.rotation) - heading(&from.0.rotation)).abs() * 0.1;
+        let turned = wrapped_angle(heading(&to.0.rotation) - heading(&from.0.rotation)).abs() * 0.1;
         Self { from, to, lift: STEP_HEIGHT * smoothstep((moved.xz().norm() + turned) / SHORT_STEP) }
     }
 

@@ -17,6 +17,7 @@ use crate::body::HumanJoint::{
 use crate::body::Side::{self, Right};
 use crate::body::{JointId, Pose, Skeleton};
 use crate::geometry::Vec3;
+use crate::numerics::wrapped_angle;
 use nalgebra::{Quaternion, Unit, UnitQuaternion};
 
 type Turn = UnitQuaternion<f64>;
@@ -240,5 +241,5 @@ pub(super) fn swing_twist(rotation: &Turn) -> (Vec3, f64) {
     let twist = if q.w.hypot(q.j) < 1e-9 { 0.0 } else { 2.0 * q.j.atan2(q.w) };
     let swing = Turn::new_unchecked(q) * Turn::from_axis_angle(&Vec3::y_axis(), -twist);
     let vector = swing.scaled_axis();
-    (Vec3::new(vector.x, 0.0, vector.z), super::aligned::wrapped(twist))
+    (Vec3::new(vector.x, 0.0, vector.z), wrapped_angle(twist))
 }

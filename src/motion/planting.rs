@@ -5,7 +5,7 @@
 //! from them and from the clip's own pitch of the foot, the leg from the ankle. Before and after a stance the correction fades
 //! out; where a leg is too short, the hips sink, both along smooth curves.
 
-use super::aligned::{about_vertical, heading, wrapped};
+use super::aligned::{about_vertical, heading};
 use super::contacts::{contacts, runs};
 use super::ground::Ground;
 use super::leg::Leg;
@@ -13,7 +13,7 @@ use super::limits::Anatomy;
 use super::smooth::{blurred, envelope};
 use crate::body::{Pose, Side, Skeleton};
 use crate::geometry::{Point, Vec3};
-use crate::numerics::smoothstep;
+use crate::numerics::{smoothstep, wrapped_angle};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 type Turn = UnitQuaternion<f64>;
@@ -195,7 +195,7 @@ fn footwork(
         let frames = from..to;
         let spot = Spot::of(sole, frames.clone(), &heels, &balls, &heel_rests, &ball_rests, &work.feet);
         for frame in frames {
-            let turned = about_vertical(wrapped(spot.heading(&work.feet[frame]) - heading(&work.feet[frame])))
+            let turned = about_vertical(wrapped_angle(spot.heading(&work.feet[frame]) - heading(&work.feet[frame])))
                 * work.feet[frame];
             let level = about_vertical(spot.heading(&work.feet[frame]));
             let (h, b) = (heel_weights[frame], ball_weights[frame]);
@@ -283,7 +283,7 @@ impl Spot {
         let measured: Vec<usize> = if flat.is_empty() { frames.clone().collect() } else { flat };
         // Relative to the first, so that the mean does not depend on where an angle wraps.
         let first = heading(&feet[measured[0]]);
-        let turns: Vec<f64> = measured.iter().map(|&f| wrapped(heading(&feet[f]) - first)).collect();
+        let turns: Vec<f64> = measured.iter().map(|&f| wrapped_angle(heading(&feet[f]) - first)).collect();
         let mean = first + turns.iter().sum::<f64>() / turns.len() as f64;
         let range = turns.iter().copied().fold(f64::NEG_INFINITY, f64::max)
             - turns.iter().copied().fold(f64::INFINITY, f64::min);

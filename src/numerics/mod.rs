@@ -15,7 +15,7 @@ pub use dynamic_ring::dynamic_ring;
 pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use quadratic_program::{QpOutcome, QpRow, QpStatus, QuadraticProgram};
 pub use random::Rng;
-pub use scalar::{quantile, smoothstep};
+pub use scalar::{quantile, smoothstep, wrapped_angle};
 pub use simd::{Kernel, Processor};
 
 /// Why a system cannot be solved.

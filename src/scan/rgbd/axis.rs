@@ -1,8 +1,9 @@
 //! The axis that the person turned about, and the deviations from it.
 
 use crate::geometry::{Point, Vec3};
+use crate::numerics::wrapped_angle;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// A line in the model's frame.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +36,7 @@ impl Axis {
     pub(super) fn angle_of(&self, motion: &UnitQuaternion<f64>) -> f64 {
         // The twist of the swing–twist decomposition.
         let twist = 2.0 * motion.imag().dot(&self.direction).atan2(motion.w);
-        (twist + PI).rem_euclid(TAU) - PI
+        wrapped_angle(twist)
     }
 
     /// Headings of the frames relative to the first, unwrapped: each within half a turn of the previous one.
@@ -102,6 +103,7 @@ impl Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     #[test]
     fn the_axis_of_a_turn_is_found_and_a_lean_is_reported() {

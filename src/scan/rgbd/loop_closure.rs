@@ -5,10 +5,10 @@ use super::axis::Axis;
 use super::raycast::Reach;
 use super::track::{Placed, SegmentedFrame, predicted};
 use super::volume::Volume;
-use crate::numerics::SparseCholesky;
+use crate::numerics::{SparseCholesky, wrapped_angle};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// A measured pose of one frame in the frame of another.
 struct Edge {
@@ -82,7 +82,7 @@ fn loop_pairs(headings: &[f64]) -> Vec<(usize, usize)> {
     for later in 0..headings.len() {
         for earlier in 0..later {
             let turned = (headings[later] - headings[earlier]).abs();
-            let apart = ((turned + PI).rem_euclid(TAU) - PI).abs();
+            let apart = wrapped_angle(turned).abs();
             if turned > AROUND && apart < SAME_VIEW {
                 pairs.push((earlier, later));
             }
@@ -198,6 +198,7 @@ fn add_edge(edge: &Edge, placed: &[Placed], triplets: &mut Vec<(usize, usize, f6
 mod tests {
     use super::*;
     use crate::geometry::{Point, Vec3};
+    use std::f64::consts::PI;
 
     #[test]
     fn drift_over_a_turn_is_spread_evenly() {
