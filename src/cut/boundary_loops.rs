@@ -1,6 +1,7 @@
 //! Classifies boundary loops: hem, hole of the scan, or hole erased by the user.
 
 use super::across_cut::AcrossCut;
+use super::fill_holes::area_within;
 use super::hem::Faired;
 use super::params::CutParams;
 use crate::geometry::{Point, TriMesh, VertexId};
@@ -23,12 +24,10 @@ impl BoundaryLoop {
         let points: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
         let next = |i: usize| points[(i + 1) % points.len()];
         let length = (0..points.len()).map(|i| (next(i) - points[i]).norm()).sum();
-        let area_vector: crate::geometry::Vec3 =
-            (0..points.len()).map(|i| (points[i] - points[0]).cross(&(next(i) - points[0]))).sum();
         let cut = ring.iter().filter(|v| on_cut[v.index()]).count();
         Self {
             length,
-            area: 0.5 * area_vector.norm(),
+            area: area_within(&points),
             cut_share: cut as f64 / ring.len().max(1) as f64,
             erased: false,
             ring,

@@ -3,11 +3,12 @@
 
 use super::error::CutError;
 use super::hem::Faired;
+use super::thin_plate::ThinPlate;
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, geodesic_distances};
-use crate::numerics::SparseCholesky;
+use crate::numerics::wrapped_angle;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Length of the end of a sleeve or a leg, in metres.
 const LENGTH: std::ops::Range<f64> = 0.15..0.6;
@@ -46,8 +47,7 @@ pub(super) fn smoothed(mut garment: Faired, findings: &mut Vec<String>) -> Resul
     let mut count = 0;
     let Some(middle) = garment.mesh.bounds().map(|bounds| bounds.center()) else { return Ok(garment) };
     for ring in garment.adjacency.boundary_loops() {
-        let found = Hem::of(&garment.mesh, &normals, &ring).filter(|hem| hem.is_end(&middle));
-        let found = found.map_or_else(Vec::new, |hem| hem.crumples());
+        let found = Hem::of(&garment.mesh, &normals, &ring, &middle).map_or_else(Vec::new, |hem| hem.crumples());
         count += found.len();
         targets.extend(found.into_iter().flatten());
     }
@@ -73,15 +73,17 @@ struct Hem<'a> {
     /// Of each vertex the angle around the axis, and radius and height.
     angle: Vec<f64>,
     place: Vec<[f64; 2]>,
-    /// Half the length of the two edges at each vertex, in metres.
+    /// Half the length of the two edges at each vertex, and of all, in metres.
     length: Vec<f64>,
+    whole: f64,
     is_turned: Vec<bool>,
     /// Coefficients of radius and height of the fair curve.
     curve: SMatrix<f64, COEFFICIENTS, 2>,
 }
 
 impl<'a> Hem<'a> {
-    fn of(mesh: &TriMesh, normals: &PerVertex<Vec3>, ring: &'a [VertexId]) -> Option<Self> {
+    /// The hem along a ring; `None` unless it is the crumpled end of a limb, seen from the middle of the garment.
+    fn of(mesh: &TriMesh, normals: &PerVertex<Vec3>, ring: &'a [VertexId], middle: &Point) -> Option<Self> {
         let count = ring.len();
         let at = |k: usize| mesh.points()[ring[k % count]];
         let edges: Vec<f64> = (0..count).map(|k| (at(k + 1) - at(k)).norm()).collect();
@@ -91,6 +93,9 @@ impl<'a> Hem<'a> {
         }
         let length: Vec<f64> = (0..count).map(|k| 0.5 * (edges[k] + edges[(k + count - 1) % count])).collect();
         let center = Point::from((0..count).map(|k| at(k).coords * length[k]).sum::<Vec3>() / whole);
+        if (center - middle).try_normalize(1e-9).is_none_or(|way| way.y > NOT_ABOVE) {
+            return None;
+        }
         let spread: Matrix3<f64> =
             (0..count).map(|k| (at(k) - center) * (at(k) - center).transpose() * length[k]).sum();
         let eigen = SymmetricEigen::new(spread);
@@ -105,23 +110,20 @@ impl<'a> Hem<'a> {
             place.push([x.hypot(y), z]);
             is_turned.push(normals[ring[k]].dot(&outward) < TURNED);
         }
-        let mut hem = Self { ring, center, frame, angle, place, length, is_turned, curve: SMatrix::zeros() };
+        let turned: f64 = length.iter().zip(&is_turned).filter(|of| *of.1).map(|of| of.0).sum();
+        if turned < LEAST_TURNED * whole {
+            return None;
+        }
+        let mut hem = Self { ring, center, frame, angle, place, length, whole, is_turned, curve: SMatrix::zeros() };
         hem.curve = hem.fitted()?;
         Some(hem)
-    }
-
-    /// Whether it is the crumpled end of a limb, seen from the middle of the garment.
-    fn is_end(&self, middle: &Point) -> bool {
-        let turned: f64 = self.length.iter().zip(&self.is_turned).filter(|of| *of.1).map(|of| of.0).sum();
-        let is_above = (self.center - middle).try_normalize(1e-9).is_none_or(|way| way.y > NOT_ABOVE);
-        !is_above && turned >= LEAST_TURNED * self.length.iter().sum::<f64>()
     }
 
     /// The fair curve through what is not turned, by weights that leave out what is far from it.
     fn fitted(&self) -> Option<SMatrix<f64, COEFFICIENTS, 2>> {
         let mut curve = None;
         for _ in 0..ROUNDS {
-            let stiff = |k: usize| STIFFNESS * self.length.iter().sum::<f64>() * (k.div_ceil(2) as f64).powi(4);
+            let stiff = |k: usize| STIFFNESS * self.whole * (k.div_ceil(2) as f64).powi(4);
             let mut normal =
                 SMatrix::<f64, COEFFICIENTS, COEFFICIENTS>::from_diagonal(&SVector::from_fn(|k, _| stiff(k)));
             let mut right = SMatrix::<f64, COEFFICIENTS, 2>::zeros();
@@ -134,7 +136,7 @@ impl<'a> Hem<'a> {
             }
             let mut flat = normal;
             for k in 3..COEFFICIENTS {
-                flat[(k, k)] += FLATNESS * self.length.iter().sum::<f64>();
+                flat[(k, k)] += FLATNESS * self.whole;
             }
             let radius = normal.cholesky()?.solve(&right.column(0).into_owned());
             let height = flat.cholesky()?.solve(&right.column(1).into_owned());
@@ -155,7 +157,7 @@ impl<'a> Hem<'a> {
         let is_bad: Vec<bool> = (0..count).map(|k| self.is_turned[k] || off[k] > OFF).collect();
         let is_good: Vec<bool> = (0..count).map(|k| !self.is_turned[k] && off[k] < ON).collect();
         let Some(start) = self.longest_good(&is_good) else { return Vec::new() };
-        let turn: f64 = (0..count).map(|k| wrapped(self.angle[(k + 1) % count] - self.angle[k])).sum();
+        let turn: f64 = (0..count).map(|k| wrapped_angle(self.angle[(k + 1) % count] - self.angle[k])).sum();
         let mut runs: Vec<[usize; 2]> = Vec::new();
         let mut k = start;
         while k < start + count {
@@ -175,16 +177,15 @@ impl<'a> Hem<'a> {
         let around = |run: &[usize; 2]| {
             let [from, to] = run.map(|k| self.angle[k % count]);
             // The way from end to end in the sense of the hem.
-            let way = (to - from).rem_euclid(TAU);
-            if turn < 0.0 { way - TAU } else { way }
+            let way = ((to - from) * turn.signum()).rem_euclid(TAU);
+            // A tongue whose root is pinched has its second end before its first.
+            (if way > 0.9 * TAU { 0.0 } else { way }) * turn.signum()
         };
-        let is_small = |way: f64| way.abs() < 1.8 * PI;
         let ways: Vec<f64> = runs.iter().map(around).collect();
-        let share = ways.iter().filter(|way| is_small(**way)).map(|way| way.abs() / TAU).sum::<f64>();
-        if share > GREATEST_SHARE {
+        if ways.iter().sum::<f64>().abs() > GREATEST_SHARE * TAU {
             return Vec::new();
         }
-        runs.iter().zip(ways).map(|(run, way)| self.on_curve(*run, if is_small(way) { way } else { 0.0 })).collect()
+        runs.iter().zip(ways).map(|(run, way)| self.on_curve(*run, way)).collect()
     }
 
     /// Whether the hem stays good for a while from there.
@@ -244,11 +245,6 @@ fn waves(angle: f64) -> SVector<f64, COEFFICIENTS> {
     SVector::from_fn(|k, _| wave(k))
 }
 
-/// An angle between −π and π.
-fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
-}
-
 /// The cloth near vertices of a hem that go to their targets: a thin plate between them and the cloth farther away.
 fn stretched(
     mesh: &TriMesh,
@@ -269,8 +265,7 @@ fn stretched(
     }
     let beside = |v: &VertexId| adjacency.neighbours_of(*v).iter().any(|&w| unknown[w].is_some());
     let rows = mesh.vertex_ids().filter(|v| !at_end[*v] && (unknown[*v].is_some() || beside(v)));
-    let mut triplets = Vec::new();
-    let mut right = vec![Vec3::zeros(); free.len()];
+    let mut plate = ThinPlate::new(free.len());
     for v in rows {
         // The row: x_v − mean of its neighbours; known points go to the right-hand side.
         let around = adjacency.neighbours_of(v);
@@ -283,14 +278,10 @@ fn stretched(
                 None => known += points[w].coords * factor,
             }
         }
-        for &(a, fa) in &row {
-            right[a] -= known * fa;
-            triplets.extend(row.iter().map(|&(b, fb)| (a, b, fa * fb)));
-        }
+        plate.add(&row, known);
     }
-    let solved = SparseCholesky::prepare(free.len(), &triplets)?.solve_vectors(&right);
-    for (&v, p) in free.iter().zip(solved) {
-        points[v] = Point::from(p);
+    for (&v, p) in free.iter().zip(plate.solved()?) {
+        points[v] = p;
     }
     Ok(points)
 }
@@ -298,6 +289,7 @@ fn stretched(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     const RINGS: u32 = 40;
     const SECTORS: u32 = 60;
@@ -313,7 +305,7 @@ mod tests {
             for j in 0..SECTORS {
                 let turn = TAU * f64::from(j) / f64::from(SECTORS);
                 let [inward, back] =
-                    if from_hem < 0.04 { moved(from_hem, wrapped(turn + 0.5 * PI).abs()) } else { [0.0; 2] };
+                    if from_hem < 0.04 { moved(from_hem, wrapped_angle(turn + 0.5 * PI).abs()) } else { [0.0; 2] };
                 let radius = RADIUS - inward;
                 points.push(Point::new(END - from_hem - back, radius * turn.sin(), radius * turn.cos()));
             }

@@ -33,29 +33,14 @@ pub(super) fn closed(
     }
     let mesh = &whole.surface.mesh;
     let (areas, at_end) = (mesh.vertex_areas(), around.boundary_vertices());
-    let mut visited = PerVertex::filled(false, mesh.vertex_count());
-    let mut places: Vec<(f64, Vec<VertexId>)> = Vec::new();
-    for seed in mesh.vertex_ids() {
-        if visited[seed] || field[seed] > 0.0 {
-            continue;
-        }
-        visited[seed] = true;
-        let (mut members, mut at) = (vec![seed], 0);
-        while at < members.len() {
-            for &w in around.neighbours_of(members[at]) {
-                if !visited[w] && field[w] <= 0.0 {
-                    visited[w] = true;
-                    members.push(w);
-                }
-            }
-            at += 1;
-        }
-        let area = members.iter().map(|&v| areas[v]).sum::<f64>();
-        let is_certain = |&v: &VertexId| at_end[v] || whole.by_hand[v] || whole.beside_hole[v];
-        if AREA.contains(&area) && !members.iter().any(is_certain) {
-            places.push((area, members));
-        }
-    }
+    let is_certain = |v: &VertexId| at_end[*v] || whole.by_hand[*v] || whole.beside_hole[*v];
+    let is_out = field.iter().map(|&f| f <= 0.0).collect();
+    let mut places: Vec<(f64, Vec<VertexId>)> = around
+        .parts_of(&is_out)
+        .into_iter()
+        .map(|part| (part.iter().map(|&v| areas[v]).sum::<f64>(), part))
+        .filter(|(area, part)| AREA.contains(area) && !part.iter().any(is_certain))
+        .collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1[0].cmp(&b.1[0])));
     places.truncate(count);
     if places.is_empty() {

@@ -249,10 +249,15 @@ fn circumference(area: f64) -> f64 {
     2.0 * (std::f64::consts::PI * area).sqrt()
 }
 
-fn area_within(ring: &[Point]) -> f64 {
+/// The area within a ring, in m².
+pub(super) fn area_within(ring: &[Point]) -> f64 {
+    0.5 * twice_area_vector(ring).norm()
+}
+
+/// Twice the vector area within a ring, in m².
+pub(super) fn twice_area_vector(ring: &[Point]) -> Vec3 {
     let next = |i: usize| ring[(i + 1) % ring.len()];
-    let sum: Vec3 = (0..ring.len()).map(|i| (ring[i] - ring[0]).cross(&(next(i) - ring[0]))).sum();
-    0.5 * sum.norm()
+    (0..ring.len()).map(|i| (ring[i] - ring[0]).cross(&(next(i) - ring[0]))).sum()
 }
 
 /// Splits a ring at every vertex that it passes twice.

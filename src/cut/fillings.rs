@@ -2,8 +2,8 @@
 
 use super::error::CutError;
 use super::patch::Patch;
+use super::thin_plate::ThinPlate;
 use crate::geometry::{Adjacency, Point, TriMesh, Vec3, VertexId};
-use crate::numerics::SparseCholesky;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -66,8 +66,7 @@ fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patc
             joined[face[(k + 1) % 3]].insert(face[k]);
         }
     }
-    let mut triplets = Vec::new();
-    let mut right = vec![Vec3::zeros(); new];
+    let mut plate = ThinPlate::new(new);
     for (i, at) in patch.points.iter().enumerate() {
         // The row: x_i − mean of its neighbours; known points go to the right-hand side.
         let outside: Vec<VertexId> = match ring.get(i) {
@@ -87,11 +86,7 @@ fn faired(mesh: &TriMesh, adjacency: &Adjacency, ring: &[VertexId], patch: &Patc
                 None => known += patch.points[j].coords * factor,
             }
         }
-        for &(a, fa) in &row {
-            right[a] -= known * fa;
-            triplets.extend(row.iter().map(|&(b, fb)| (a, b, fa * fb)));
-        }
+        plate.add(&row, known);
     }
-    let solved = SparseCholesky::prepare(new, &triplets)?.solve_vectors(&right);
-    Ok(solved.into_iter().map(Point::from).collect())
+    Ok(plate.solved()?)
 }

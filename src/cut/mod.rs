@@ -23,6 +23,7 @@ mod slice;
 mod straps;
 #[cfg(test)]
 mod tests;
+mod thin_plate;
 mod underlap;
 
 pub use body_below::BodyBelow;

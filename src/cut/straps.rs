@@ -1,6 +1,7 @@
 //! Straps over the shoulders and between the legs, where a level camera left a hole.
 
 use super::along_body::BodyIndex;
+use super::fill_holes::twice_area_vector;
 use crate::geometry::{Point, Vec3};
 
 /// Least length of a piece of cloth along a hole, in metres: less is noise of the labels.
@@ -17,8 +18,7 @@ pub(super) fn across(inner: &[Point], rim: &[Point], is_cloth: &[bool], body: &B
     }
     // The pieces joined by straight ways, in the plane of the hole.
     let outline: Vec<Point> = pieces.iter().flatten().map(|&k| rim[k]).collect();
-    let area: Vec3 = (0..rim.len()).map(|k| (rim[k] - rim[0]).cross(&(rim[(k + 1) % rim.len()] - rim[0]))).sum();
-    let Some(normal) = area.try_normalize(1e-12) else { return vec![false; inner.len()] };
+    let Some(normal) = twice_area_vector(rim).try_normalize(1e-12) else { return vec![false; inner.len()] };
     let is_strap = |p: &Point| body.may_have_strap(p) && is_within(&outline, p, &normal);
     inner.iter().map(is_strap).collect()
 }
