@@ -198,6 +198,14 @@ impl GarmentKind {
         }
     }
 
+    /// Whether it follows the skin into hollows.
+    pub(super) fn is_tight(self) -> bool {
+        matches!(
+            self,
+            Self::Socks | Self::Leggings | Self::Hat | Self::Briefs | Self::Bra | Self::Tights | Self::Mittens
+        )
+    }
+
     /// Whether a waistband holds it, over the layers below.
     pub(super) fn has_waistband(self) -> bool {
         matches!(

@@ -128,17 +128,7 @@ fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm, grade: Gra
         to_body.min(to_tube) as f32
     });
     // Cloth spans hollows: the small of the back, between breasts and between buttocks. Tight knits do not.
-    let is_tight = matches!(
-        kind,
-        GarmentKind::Socks
-            | GarmentKind::Leggings
-            | GarmentKind::Hat
-            | GarmentKind::Briefs
-            | GarmentKind::Bra
-            | GarmentKind::Tights
-            | GarmentKind::Mittens
-    );
-    let rounds = if is_tight { 1 } else { 7 };
+    let rounds = if kind.is_tight() { 1 } else { 7 };
     for _ in 0..rounds {
         field.smooth();
     }
