@@ -140,6 +140,15 @@ impl Clip {
         self.frames.iter().position(|frame| frame.iter().any(is_far))
     }
 
+    /// Whether a joint ever turns relative to its parent, from a pose of the whole skeleton.
+    pub(super) fn turns(&self, joint: usize, reference: &[Isometry3<f64>]) -> bool {
+        /// In radians: 1°.
+        const LEAST: f64 = 0.0175;
+        let above = self.joints[joint].parent.map_or_else(UnitQuaternion::identity, |above| reference[above].rotation);
+        let usual = above.inverse() * reference[joint].rotation;
+        self.frames.iter().any(|frame| frame[joint].rotation.angle_to(&usual) > LEAST)
+    }
+
     /// Whether `joint` is `ancestor` or below it.
     pub(super) fn is_below(&self, joint: usize, ancestor: usize) -> bool {
         let mut at = Some(joint);

@@ -4,6 +4,7 @@ use super::aligned::{about_vertical, heading};
 use super::clip::Clip;
 use super::ease::lead_in;
 use super::error::MotionError;
+use super::fingers::fingers_below;
 use super::floor::{Hover, longest_hover, settle, without_drift};
 use super::ground::Ground;
 use super::limits::Anatomy;
@@ -17,7 +18,7 @@ use super::rig_map::RigMap;
 use super::smooth::envelope;
 use super::structure::map_by_structure;
 use super::track::{FrameRange, PoseTrack};
-use crate::body::{Figure, Pose, Skeleton};
+use crate::body::{Figure, HumanJoint, Pose, Side, Skeleton};
 use crate::geometry::Vec3;
 use std::borrow::Cow;
 
@@ -64,7 +65,7 @@ pub fn follow(
     params: &MotionParams,
 ) -> Result<(PoseTrack, MotionReport), MotionError> {
     let mut report = MotionReport { findings: clip.notes.clone(), ..MotionReport::default() };
-    let (map, mut placement) = recognised(clip)?;
+    let (mut map, mut placement) = recognised(clip)?;
     let mut clip = Cow::Borrowed(clip);
     if is_mirrored(&clip, &map, &placement) {
         clip = Cow::Owned(clip.mirrored());
@@ -74,6 +75,9 @@ pub fn follow(
             .push("knees and toes point backwards, as in data of a left-handed frame: the clip was mirrored".into());
     }
     let clip = clip.as_ref();
+    if !map.fingers.values().any(|&joint| clip.turns(joint, &placement.reference)) {
+        map.fingers.clear();
+    }
     report.findings.push(recognition(&map, &placement));
     if let Some(frame) = placement.reference_frame {
         report.findings.push(format!("its rest pose does not stand, so frame {frame} serves as one"));
@@ -151,12 +155,17 @@ pub fn follow(
 ///
 /// **Errors** for a skeleton that is not that of a person.
 pub(super) fn recognised(clip: &Clip) -> Result<(RigMap, Placement), MotionError> {
-    let map = match map_by_names(clip) {
+    let mut map = match map_by_names(clip) {
         Some(map) => map,
         None => {
             map_by_structure(clip).map_err(|missing| MotionError::NotAPerson { joints: clip.joint_count(), missing })?
         }
     };
+    for side in Side::BOTH {
+        if let Some(hand) = map.start(HumanJoint::Hand(side)) {
+            map.fingers.extend(fingers_below(clip, hand, side));
+        }
+    }
     let placement = Placement::of(clip, &map)?;
     Ok((map, placement))
 }
@@ -164,7 +173,11 @@ pub(super) fn recognised(clip: &Clip) -> Result<(RigMap, Placement), MotionError
 /// What was recognised, in words.
 pub(super) fn recognition(map: &RigMap, placement: &Placement) -> String {
     let rig = map.rig.map_or_else(|| "by its structure".into(), |rig| format!("as {rig}"));
-    format!("skeleton recognised {rig}: {} of 22 joints; {}", map.len(), placement.assumed)
+    let fingers = match map.fingers.len() {
+        0 => String::new(),
+        count => format!(", {count} of fingers"),
+    };
+    format!("skeleton recognised {rig}: {} of 22 joints{fingers}; {}", map.len(), placement.assumed)
 }
 
 /// Moves a part of a clip to where the figure stands, level and turned about the vertical: the first pose is above the place of

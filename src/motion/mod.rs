@@ -7,6 +7,7 @@ mod clip;
 mod contacts;
 mod ease;
 mod error;
+mod fingers;
 mod floor;
 mod follow;
 mod ground;

@@ -46,7 +46,7 @@ impl JointName {
 }
 
 /// Lower case, letters and digits alone.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 

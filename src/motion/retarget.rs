@@ -2,7 +2,8 @@
 //!
 //! The bind pose is first turned to the clip's reference pose, limb by limb; from there each joint turns as the clip's
 //! does, in world axes. So the segments of the arms and legs point exactly where the clip's do. The trunk, the hands and the
-//! feet take over rotations alone: rigs place those joints differently inside the body.
+//! feet take over rotations alone: rigs place those joints differently inside the body. Fingers turn as the clip's if these
+//! ever turn; others keep their bend.
 
 use super::aligned::{about_vertical, aligned, bone_end, heading, midpoint, smallest_rotation};
 use super::clip::Clip;
@@ -69,9 +70,26 @@ impl<'a> Retargeter<'a> {
             let at = |joint| position(&placement.reference, &map, joint);
             Some(placement.ours_from_reference * (at(bone_end(joint)?)? - at(joint)?))
         };
-        let to_reference = aligned(skeleton, direction);
-        let source = |j| Source::of(skeleton.human_joint(j)?, clip, &map);
+        let mut to_reference = aligned(skeleton, direction);
+        let finger = |j: JointId| map.fingers.get(&skeleton.names[j.index()]).copied();
+        let source = |j: JointId| match skeleton.human_joint(j) {
+            Some(joint) => Source::of(joint, clip, &map),
+            None => finger(j).map(Source::whole),
+        };
         let sources = skeleton.ids().map(source).collect();
+        // Hands of rigs rest flat, relaxed or as fists.
+        for j in skeleton.ids().filter(|&j| finger(j).is_some()) {
+            let Some(parent) = skeleton.parents[j.index()] else { continue };
+            let above = to_reference[parent.index()];
+            let next = skeleton.ids().find(|&next| skeleton.parents[next.index()] == Some(j));
+            let bones = next.and_then(|next| {
+                let [start, end] = [finger(j)?, finger(next)?].map(|k| placement.reference[k].translation.vector);
+                let bone = skeleton.joints_in_bind[next.index()] - skeleton.joints_in_bind[j.index()];
+                Some((bone, placement.ours_from_reference * (end - start)))
+            });
+            to_reference[j.index()] =
+                bones.map_or(above, |(bone, wanted)| smallest_rotation(&(above * bone), &wanted) * above);
+        }
         let scale = leg / placement.leg;
         Ok(Self { skeleton, map, placement, sources, to_reference, scale })
     }
@@ -189,22 +207,28 @@ struct Source {
 }
 
 impl Source {
+    /// The rotation of one joint.
+    fn whole(joint: usize) -> Self {
+        Self { joint, segment: None }
+    }
+
     /// `None` for a joint that the clip does not have.
     fn of(joint: HumanJoint, clip: &Clip, map: &RigMap) -> Option<Self> {
-        let own = |joint| Self { joint, segment: None };
         // The joint above another one, if the chain from `start` contains it.
         let last = |below: usize, start| clip.joints[below].parent.filter(|&last| clip.is_below(last, start));
         match joint {
-            Hips | Hand(_) | Head | Foot(_) | Toes(_) => map.start(joint).map(own),
-            Spine | Chest | UpperChest | Neck => map.middle(joint).map(own),
+            Hips | Hand(_) | Head | Foot(_) | Toes(_) => map.start(joint).map(Self::whole),
+            Spine | Chest | UpperChest | Neck => map.middle(joint).map(Self::whole),
             // The upper arm hangs on the last joint of the shoulder.
             Shoulder(side) => {
                 let start = map.start(joint)?;
-                Some(own(map.start(UpperArm(side)).and_then(|arm| last(arm, start)).unwrap_or(start)))
+                Some(Self::whole(map.start(UpperArm(side)).and_then(|arm| last(arm, start)).unwrap_or(start)))
             }
             UpperArm(_) | LowerArm(_) | UpperLeg(_) | LowerLeg(_) => {
                 let start = map.start(joint)?;
-                let Some(end) = bone_end(joint).and_then(|end| map.start(end)) else { return Some(own(start)) };
+                let Some(end) = bone_end(joint).and_then(|end| map.start(end)) else {
+                    return Some(Self::whole(start));
+                };
                 // A limb may have several joints; the last of them carries the end and has the whole twist.
                 Some(Self { joint: last(end, start).unwrap_or(start), segment: Some([start, end]) })
             }

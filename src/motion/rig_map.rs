@@ -15,6 +15,8 @@ pub(super) struct RigMap {
     pub rig: Option<&'static str>,
     /// One or several joints each, from the body outwards.
     joints: BTreeMap<HumanJoint, Vec<usize>>,
+    /// The finger joints that turn, by their VRM names.
+    pub fingers: BTreeMap<String, usize>,
 }
 
 /// What a clip must have at least: with fewer joints, there is no person to follow.
@@ -22,7 +24,8 @@ pub(super) const REQUIRED: [fn(Side) -> HumanJoint; 5] = [UpperLeg, LowerLeg, Fo
 
 impl RigMap {
     pub fn new(rig: Option<&'static str>, joints: BTreeMap<HumanJoint, Vec<usize>>) -> Self {
-        Self { rig, joints: joints.into_iter().filter(|(_, list)| !list.is_empty()).collect() }
+        let joints = joints.into_iter().filter(|(_, list)| !list.is_empty()).collect();
+        Self { rig, joints, fingers: BTreeMap::new() }
     }
 
     /// Where a human joint is: its first joint.

@@ -35,6 +35,19 @@ const BODY: [(&str, Option<usize>, [f64; 3]); 22] = [
     ("right_wrist", Some(19), [-0.25, 0.0, 0.0]),
 ];
 
+/// The fingers in the order of the family's models, each of three joints, with the place of the first in a T-pose relative to the
+/// left wrist, and the direction of the others from it, in metres: flat hands, as rotations of zero are.
+const FINGERS: [(&str, [f64; 3], [f64; 3]); 5] = [
+    ("index", [0.1, 0.0, 0.02], [0.03, 0.0, 0.0]),
+    ("middle", [0.1, 0.0, 0.0], [0.03, 0.0, 0.0]),
+    ("pinky", [0.08, -0.01, -0.04], [0.02, 0.0, -0.005]),
+    ("ring", [0.09, 0.0, -0.02], [0.03, 0.0, 0.0]),
+    ("thumb", [0.04, -0.01, 0.03], [0.025, 0.0, 0.02]),
+];
+
+/// Joints with hands, and where the 15 of each hand begin: SMPL-H, and SMPL-X, which has jaw and eyes before them.
+const WITH_HANDS: [(usize, usize); 2] = [(52, 22), (55, 25)];
+
 /// Names under which files state the frames per second.
 const RATES: [&str; 4] = ["mocap_frame_rate", "mocap_framerate", "mocap_fps", "fps"];
 
@@ -114,10 +127,10 @@ impl SmplMotion {
         Ok(bytes)
     }
 
-    /// The motion of the body's joints on a skeleton: `joints` are their places in the T-pose with Y up, those of the family's
-    /// mean body, about, for `None`. The motion has Y up, too; a file whose people stand along Y has so already.
+    /// The motion of the joints of body and fingers on a skeleton: `joints` are their places in the T-pose with Y up, those of
+    /// the family's mean body, about, for `None`. The motion has Y up, too; a file whose people stand along Y has so already.
     ///
-    /// **Shapes** `joints`: one per joint of the body, further ones are not used.
+    /// **Shapes** `joints`: one per joint of the body; those of the fingers are used if there are as many as in the file.
     pub fn on_skeleton(&self, joints: Option<&[[f64; 3]]>) -> RawMotion {
         let joints = joints.filter(|joints| joints.len() >= BODY.len());
         let offset = |j: usize| -> [f64; 3] {
@@ -125,12 +138,35 @@ impl SmplMotion {
             let Some(joints) = joints else { return usual };
             parent.map_or(joints[j], |parent| std::array::from_fn(|k| joints[j][k] - joints[parent][k]))
         };
-        let of_joint = |j: usize| RawJoint {
-            name: BODY[j].0.into(),
-            parent: BODY[j].1,
-            rest: RawTransform::translated(offset(j)),
+        let joint = |name: &str, parent, at| RawJoint {
+            name: name.into(),
+            parent,
+            rest: RawTransform::translated(at),
             end: None,
         };
+        let mut skeleton: Vec<RawJoint> =
+            BODY.iter().enumerate().map(|(j, (name, parent, _))| joint(name, *parent, offset(j))).collect();
+        // The rotation of each joint in a frame of the file.
+        let mut places: Vec<usize> = (0..BODY.len()).collect();
+        let count = self.rotations.first().map_or(0, Vec::len);
+        if let Some((_, first)) = WITH_HANDS.into_iter().find(|(joints, _)| *joints == count) {
+            for (wrist, side, sign) in [(20, "left", 1.0), (21, "right", -1.0)] {
+                for (finger, [x, y, z], [dx, dy, dz]) in FINGERS {
+                    for k in 1..4 {
+                        let (parent, usual) = match k {
+                            1 => (wrist, [sign * x, y, z]),
+                            _ => (skeleton.len() - 1, [sign * dx, dy, dz]),
+                        };
+                        let place = first + skeleton.len() - BODY.len();
+                        let at = joints.filter(|joints| joints.len() == count).map_or(usual, |joints| {
+                            std::array::from_fn(|k| joints[place][k] - joints[places[parent]][k])
+                        });
+                        places.push(place);
+                        skeleton.push(joint(&format!("{side}_{finger}{k}"), Some(parent), at));
+                    }
+                }
+            }
+        }
         let of = |rotation: &[f64; 3]| UnitQuaternion::from_scaled_axis(Vector3::from(*rotation));
         let trunks: Vec<f64> = self.rotations.iter().map(|rotations| (of(&rotations[0]) * Vector3::y()).y).collect();
         let has_z_up = trunks.iter().sum::<f64>().abs() < UPRIGHT * trunks.len() as f64;
@@ -138,15 +174,16 @@ impl SmplMotion {
         let y_up = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
         let frame = |(rotations, moved): (&Vec<[f64; 3]>, &[f64; 3])| {
             let transform = |j: usize| {
-                let (at, rotation) = (Vector3::from(offset(j)), of(&rotations[j]));
+                let (at, rotation) = (Vector3::from(skeleton[j].rest.translation), of(&rotations[places[j]]));
                 let (at, rotation) = match j {
                     0 => (y_up * (at + Vector3::from(*moved)), y_up * rotation),
                     _ => (at, rotation),
                 };
                 RawTransform { translation: at.into(), rotation: rotation.coords.into() }
             };
-            (0..BODY.len()).map(transform).collect()
+            (0..skeleton.len()).map(transform).collect()
         };
+        let frames = self.rotations.iter().zip(&self.translations).map(frame).collect();
         let mut notes = Vec::new();
         if has_z_up {
             notes.push("the file has Z up, as usual".to_string());
@@ -155,14 +192,15 @@ impl SmplMotion {
             notes.push("the file has no skeleton; the limbs of SMPL's mean body are assumed, to a few degrees".into());
         }
         let turns = |rotation: &[f64; 3]| of(rotation).angle() > NO_ROTATION;
-        if self.rotations.iter().any(|frame| frame[BODY.len()..].iter().any(turns)) {
-            notes.push("rotations of fingers and face are not used".into());
+        let is_left_out = |j: &usize| !places.contains(j);
+        if self.rotations.iter().any(|frame| (0..count).filter(is_left_out).any(|j| turns(&frame[j]))) {
+            notes.push("rotations of jaw, eyes and the hands as a whole are not used".into());
         }
         RawMotion {
             name: None,
-            joints: (0..BODY.len()).map(of_joint).collect(),
+            frames,
+            joints: skeleton,
             frame_secs: self.fps.filter(|fps| *fps > 0.0).map(f64::recip),
-            frames: self.rotations.iter().zip(&self.translations).map(frame).collect(),
             notes,
         }
     }
@@ -257,7 +295,7 @@ mod tests {
         let places: Vec<[f64; 3]> = (0..24).map(|j| [0.1 * j as f64, (j as f64).cos(), 0.2]).collect();
         let raw = motion.on_skeleton(Some(&places));
         // Nearly upright along Y, so nothing is turned.
-        assert!(raw.notes.iter().all(|note| note.contains("fingers")), "{:?}", raw.notes);
+        assert!(raw.notes.iter().all(|note| note.contains("hands as a whole")), "{:?}", raw.notes);
         let turned = |j: usize| UnitQuaternion::from_scaled_axis(Vector3::from(motion.rotations[1][j]));
         let of_rest = |a: usize, b: usize| Vector3::from(places[a]) - Vector3::from(places[b]);
         let root = Vector3::from(places[0]) + Vector3::from(motion.translations[1]);
@@ -285,6 +323,21 @@ mod tests {
             let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(off(&a.translation, &b.translation) < 1e-12 && off(&a.rotation, &b.rotation) < 1e-12);
         }
+    }
+
+    #[test]
+    fn fingers_turn_by_their_own_rows() {
+        for (count, first) in WITH_HANDS {
+            let motion = wave(3, count);
+            let raw = motion.on_skeleton(None);
+            assert_eq!((raw.joints.len(), raw.frames[1].len()), (52, 52));
+            let right = raw.joints.iter().position(|joint| joint.name == "right_ring2").unwrap();
+            assert_eq!(raw.joints[raw.joints[right].parent.unwrap()].name, "right_ring1");
+            // Left before right; index, middle, little, ring.
+            let turned = UnitQuaternion::from_scaled_axis(Vector3::from(motion.rotations[1][first + 15 + 9 + 1]));
+            assert_eq!(raw.frames[1][right].rotation, <[f64; 4]>::from(turned.coords));
+        }
+        assert_eq!(wave(3, 24).on_skeleton(None).joints.len(), 22);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::rigs::{
     Turn, a_pose, index_of, isometry, performance, placed, t_pose, with_own_axes, with_rest, with_twist_bones,
     world_of, z_up,
 };
-use crate::body::{HumanJoint, JointId, Pose, Side};
+use crate::body::{Grasp, HandJoints, HumanJoint, JointId, Pose, Side};
 use crate::formats::{RawJoint, RawMotion, RawTransform, read_bvh, write_bvh};
 use crate::geometry::{Point, Vec3};
 use crate::motion::aligned::{bone_end, heading};
@@ -154,6 +154,39 @@ fn a_figures_own_motion_comes_back_as_it_was() {
         let greatest = a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(greatest < 0.015, "{greatest}");
     }
+}
+
+#[test]
+fn fingers_turn_as_the_clips_whatever_the_rest_pose_of_its_hands() {
+    let skeleton = &figure().skeleton;
+    let hands = Side::BOTH.map(|side| HandJoints::find(skeleton, side).unwrap());
+    let pose = |share: f64| {
+        let mut pose = Pose::bind(skeleton.len());
+        let grasp = Grasp { curl: share, spread: 0.3, thumb: 0.5 * share };
+        hands.iter().for_each(|hand| hand.apply(&grasp, &mut pose));
+        pose
+    };
+    let poses: Vec<Pose> = (0..5).map(|k| pose(0.2 * f64::from(k))).collect();
+    let motion = through_bvh(&motion_of(&poses));
+    // A rig whose hands are fists without rotations.
+    let turns = skeleton.world_from_bind(&poses[4]);
+    let fists = with_rest(&motion, |name| {
+        let j = skeleton.ids().find(|&j| skeleton.names[j.index()] == name).unwrap();
+        turns[j.index()].rotation
+    });
+    for motion in [motion, fists] {
+        let (track, report) = follow(&Clip::new("x", motion), figure(), None, None, &plain()).unwrap();
+        assert!(report.findings.iter().any(|text| text.contains("30 of fingers")), "{:?}", report.findings);
+        for (found, expected) in track.poses.iter().zip(&poses) {
+            let (a, b) = (skeleton.joints_in_world(found), skeleton.joints_in_world(expected));
+            let greatest = a.iter().zip(&b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+            assert!(greatest < 1e-3, "{greatest}");
+        }
+    }
+    // Fingers that never turn are not the person's.
+    let still = motion_of(&vec![Pose::bind(skeleton.len()); 3]);
+    let (_, report) = follow(&Clip::new("x", still), figure(), None, None, &plain()).unwrap();
+    assert!(report.findings.iter().all(|text| !text.contains("fingers")), "{:?}", report.findings);
 }
 
 #[test]
