@@ -22,6 +22,8 @@ const CONTACT_AREA: f64 = 300e-4;
 /// Deviation of the skin from the scan where it is outside by more than what the model does not express, in metres. A bound without
 /// that allowance draws the body in wherever the scan is noisy: by 3 mm over ten foreign people, 10 cm of a chest.
 const OUTSIDE_DEVIATION: f64 = 0.004;
+/// Deviation of the gaps of a person's clothes from the usual ones, as a factor.
+const EASE_DEVIATION: f64 = 0.4;
 /// Skin next to a garment's usual limit, which the garment may cover too.
 const UNCERTAIN: Contact = Contact { gap: 0.006, deviation: 0.015 };
 
@@ -33,11 +35,17 @@ pub(super) struct DressedView<'a> {
     center: Pose,
     /// What lies over each vertex; `None` for skin that is certainly visible.
     contact: PerVertex<Option<Contact>>,
+    /// How wide this person's clothes are: the gaps relative to the usual ones.
+    ease: f64,
     index: SurfaceIndex,
     samples: Vec<(VertexId, f64)>,
     of_scan: Vec<(VertexId, f64)>,
     near_model: LastFaces,
     near_scan: LastFaces,
+}
+
+fn kernel(off: f64, scale: f64) -> f64 {
+    1.0 / (1.0 + (off / scale).powi(2)).powi(2)
 }
 
 /// What lies over each vertex, `None` only where skin is certainly visible: not next to a garment's usual limit, nor below hair.
@@ -73,7 +81,8 @@ impl<'a> DressedView<'a> {
             (spread(&model.template.vertex_areas(), samples), surface.confidence_weighted_samples(samples));
         let (near_model, near_scan) = (LastFaces::none(samples.len()), LastFaces::none(of_scan.len()));
         let center = Pose::bind(body.joint_count());
-        Ok(Self { surface, body, model, pose, center, contact, index, samples, of_scan, near_model, near_scan })
+        let ease = 1.0;
+        Ok(Self { surface, body, model, pose, center, contact, ease, index, samples, of_scan, near_model, near_scan })
     }
 
     pub(super) fn is_skin(&self, v: VertexId) -> bool {
@@ -85,6 +94,22 @@ impl<'a> DressedView<'a> {
         let posed = self.body.posed(&self.pose, shape);
         self.index.follow(&self.model.template.with_points(posed.points.clone()));
         posed
+    }
+
+    /// Fits the ease to the gaps of the body as posed last.
+    pub(super) fn fit_ease(&mut self) {
+        let normals = self.index.mesh().vertex_normals_by_area();
+        let points = self.index.mesh().points();
+        let of_sample = |&(v, area): &(VertexId, f64)| {
+            let Contact { gap: usual, deviation } = self.contact[v]?;
+            let off = side_of(self.surface, &points[v], &normals[v])?.clearance - self.ease * usual;
+            let weight = area / CONTACT_AREA / deviation.powi(2) * kernel(off, 2.5 * deviation);
+            Some([weight * usual * (off + self.ease * usual), weight * usual * usual])
+        };
+        let terms: Vec<[f64; 2]> = self.samples.par_iter().filter_map(of_sample).collect();
+        let sum = |k: usize| terms.iter().map(|term| term[k]).sum::<f64>();
+        let prior = EASE_DEVIATION.powi(-2);
+        self.ease = (sum(0) + prior) / (sum(1) + prior);
     }
 
     pub(super) fn index(&self) -> &SurfaceIndex {
@@ -121,7 +146,6 @@ impl<'a> DressedView<'a> {
     fn of_model(&self, posed: &Posed, normals: &PerVertex<Vec3>, phase: &Phase) -> Vec<Residual> {
         let of_sample = |(k, &(v, area)): (usize, &(VertexId, f64))| -> Option<Residual> {
             let (p, n) = (posed.points[v], normals[v]);
-            let kernel = |off: f64, scale: f64| 1.0 / (1.0 + (off / scale).powi(2)).powi(2);
             match self.contact[v] {
                 None => {
                     let hit = self.surface.nearest_from(&p, phase.reach, &self.near_model, k)?;
@@ -135,7 +159,7 @@ impl<'a> DressedView<'a> {
                 Some(Contact { gap: usual, deviation }) => {
                     let side = side_of(self.surface, &p, &n)?;
                     let gap = side.clearance;
-                    let off = gap - usual;
+                    let off = gap - self.ease * usual;
                     let cloth = area / CONTACT_AREA / deviation.powi(2) * kernel(off, 2.5 * deviation);
                     let outside = (gap + SKIN_DEVIATION).min(0.0);
                     let bound = if outside < 0.0 { area / SKIN_AREA / OUTSIDE_DEVIATION.powi(2) } else { 0.0 };

@@ -122,6 +122,7 @@ impl Together<'_> {
                 }
                 let of_measures = still_off(&of_measures, &measured_at, shape);
                 let posed: Vec<Posed> = self.views.iter_mut().map(|view| view.posed(shape)).collect();
+                self.views.iter_mut().for_each(DressedView::fit_ease);
                 let parts = self.parts(&posed, &phase, &of_measures);
                 let steps = solve_together(&parts, shape, 1.0, DAMPING)?;
                 let mut moved: f64 = 0.0;

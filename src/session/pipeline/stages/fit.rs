@@ -20,7 +20,7 @@ use serde::Serialize;
 const USE_ALL_SCANS: &str =
     "scan again with the limb, or let a later scan that shows it add it: `overcoat fit body --shape-from all`";
 
-pub(in crate::session::pipeline) const FIT: Code = Code::new(Stage::Fit, 10);
+pub(in crate::session::pipeline) const FIT: Code = Code::new(Stage::Fit, 11);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
