@@ -205,6 +205,10 @@ mutations:
 cloth-table *ARGS:
     cargo run --release --no-default-features --example measure_cloth -- {{ARGS}}
 
+# A garment held by its first PINNED vertices on a body that turns to and fro, to be timed beside other programs
+time-cloth BODY GARMENT PINNED *ARGS:
+    cargo run --release --no-default-features --example time_cloth -- {{BODY}} {{GARMENT}} {{PINNED}} {{ARGS}}
+
 # Ten thousand frames of cloth: nothing crosses, nothing explodes
 cloth-long:
     cargo test --release --no-default-features --lib -- --ignored --nocapture ten_thousand_frames
