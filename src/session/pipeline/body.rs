@@ -9,11 +9,17 @@ use super::stages::fit::{self, FIT};
 use super::stages::later_scans::later_scans;
 use super::stages::register::{self, REGISTER};
 use super::stages::scan::{self, SCAN};
+use super::stages::step_scan::begin_scan;
 use crate::check::HAIR_AREA;
 use crate::session::error::SessionError;
-use crate::session::recipe::{BODY_STEP, BodyStep, BodySurface, Recipe};
+use crate::session::recipe::{BODY_STEP, BodyStep, BodySurface, Recipe, StepRecipe};
 
-pub(super) fn body(walk: &mut Walk, recipe: &Recipe, step: BodyStep) -> Result<StepResults, SessionError> {
+pub(super) fn body(
+    walk: &mut Walk,
+    recipe: &Recipe,
+    step: BodyStep,
+    next: Option<&StepRecipe>,
+) -> Result<StepResults, SessionError> {
     let model = ModelInput::of(walk.session());
     let inputs = scan::Inputs::of(walk.session(), step.reading.clone());
     let scan = walk.at(BODY_STEP).run(SCAN, inputs, scan::run)?.kept;
@@ -25,6 +31,8 @@ pub(super) fn body(walk: &mut Walk, recipe: &Recipe, step: BodyStep) -> Result<S
         fit::Inputs { scan, model: model.clone(), others: others.clone(), estimate: step.estimate, params: step.fit };
     let fit = at.run(FIT, inputs, fit::run)?;
     let fitted = fit.kept;
+    begin_scan(walk, next);
+    let at = &mut walk.at(BODY_STEP);
 
     let inputs = register::Inputs { scan, fitted, model: model.clone(), others, is_estimated, params: step.register };
     let registered = at.run(REGISTER, inputs, register::run)?.kept;

@@ -124,10 +124,27 @@ impl<'a> GarmentStep<'a> {
         let fabric = kind.template.fabric.clone();
         let at = &mut walk.at(&name);
 
+        // The bare scan, from which hair is cut, shows no garments.
+        let shown = if is_hair { self.before_scan.figure } else { figure };
+        let to_check = check::GarmentInputs {
+            scan,
+            figure: shown,
+            inside,
+            labels,
+            garment,
+            model: model(),
+            fabric: fabric.clone(),
+            is_hair,
+            is_estimated: self.is_estimated,
+            same_as: self.same_as,
+            beside: self.beside(cut),
+        };
+        at.begin(CHECK, &to_check, check::garment);
+
         let inputs = rig::Inputs { garment, figure, inside, model: model(), params: rig };
         let rigged = at.run(RIG, inputs, rig::run)?.kept;
 
-        let inputs = stack::Inputs { rigged, figure, model: model(), fabric: fabric.clone(), params: stack };
+        let inputs = stack::Inputs { rigged, figure, model: model(), fabric, params: stack };
         let stacked = at.run(STACK, inputs, stack::run)?.kept;
 
         let inputs = figure::GarmentInputs {
@@ -145,24 +162,7 @@ impl<'a> GarmentStep<'a> {
         let inputs = press::Inputs { garment, dressed, inside, model: model(), is_hair, params: press };
         let pressed = at.run(PRESS, inputs, press::run)?.kept;
 
-        // The bare scan, from which hair is cut, shows no garments.
-        let figure = if is_hair { self.before_scan.figure } else { figure };
-        let (model, same_as, beside) = (model(), self.same_as, self.beside(cut));
-        let is_estimated = self.is_estimated;
-        let inputs = check::GarmentInputs {
-            scan,
-            figure,
-            inside,
-            labels,
-            garment,
-            model,
-            fabric,
-            is_hair,
-            is_estimated,
-            same_as,
-            beside,
-        };
-        at.run(CHECK, inputs, check::garment)?;
+        at.run(CHECK, to_check, check::garment)?;
         let of = OfStep::Garment { inside, labels, garment, pressed };
         Ok(StepResults { scan, figure: dressed, of, trim: None, failed: false })
     }

@@ -7,13 +7,14 @@ use super::memo::walk::Walk;
 use super::results::StepResults;
 use super::stages::animate::{self, ANIMATE, ClipInput};
 use super::stages::cloth::{self, CLOTH};
+use super::stages::step_scan::begin_scan;
 use super::tryon;
 use crate::body::Figure;
 use crate::cloth::ClothTrack;
 use crate::motion::PoseTrack;
 use crate::session::error::SessionError;
 use crate::session::open::Session;
-use crate::session::recipe::{AnimationRecipe, Recipe, Step};
+use crate::session::recipe::{AnimationRecipe, Recipe, Step, StepRecipe};
 use crate::session::stage::Stage;
 use crate::session::store::Kept;
 
@@ -54,7 +55,8 @@ pub(in crate::session) fn steps_so_far(walk: &mut Walk, last: Option<&str>) -> S
     let (mut all, mut failed): (Vec<StepResults>, _) = (Vec::new(), None);
     for (at, step) in recipe.steps.iter().enumerate() {
         let is_last = last == Some(step.name.as_str());
-        match (one(walk, &recipe, at, &all), all.last()) {
+        let next = recipe.steps.get(at + 1).filter(|_| !is_last);
+        match (one(walk, &recipe, at, &all, next), all.last()) {
             (Ok(results), _) => {
                 all.push(results);
                 walk.end_step(step);
@@ -72,14 +74,22 @@ pub(in crate::session) fn steps_so_far(walk: &mut Walk, last: Option<&str>) -> S
     SoFar { results: all, ended: Ok(()), failed }
 }
 
-/// Entry `at` of a recipe, given the results of all entries before it.
-fn one(walk: &mut Walk, recipe: &Recipe, at: usize, before: &[StepResults]) -> Result<StepResults, SessionError> {
+/// Entry `at` of a recipe, given the results of all entries before it. Where little runs in parallel, the scan of the `next` entry is
+/// begun.
+fn one(
+    walk: &mut Walk,
+    recipe: &Recipe,
+    at: usize,
+    before: &[StepResults],
+    next: Option<&StepRecipe>,
+) -> Result<StepResults, SessionError> {
     match recipe.variant(&recipe.steps[at])? {
-        Step::Body(step) => body(walk, recipe, step),
+        Step::Body(step) => body(walk, recipe, step, next),
         Step::TryOn(step) => tryon::put_on(walk, &recipe.steps[at], step, before),
         Step::Garment(..) | Step::Outfit(..) | Step::Hair(..) => {
             let garment = GarmentStep::of(walk, recipe, at, before)?;
             let cut = garment.cut_out(walk)?;
+            begin_scan(walk, next);
             garment.put_on(walk, &cut)
         }
     }

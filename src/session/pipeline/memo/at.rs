@@ -78,8 +78,20 @@ impl<'w> Walk<'w> {
 }
 
 impl At<'_, '_> {
+    /// Begins a stage on a thread of its own, if it will have to run: [`At::run`] then waits for it.
+    pub fn begin<I: Serialize + Clone + Send + 'static, T: Send + 'static>(
+        &mut self,
+        Code { stage, version }: Code,
+        inputs: &I,
+        run: fn(I, &Store, OnProgress) -> Run<T>,
+    ) {
+        let Ok(values) = serde_json::to_value(inputs) else { return };
+        let call = StageCall { step: &self.key, stage, version, inputs: values };
+        self.walk.begin(&call, || inputs.clone(), run);
+    }
+
     /// The result of a stage: the recorded one if its inputs are equal, otherwise that of `run`, as the walk requires.
-    pub fn run<I: Serialize, T: Serialize>(
+    pub fn run<I: Serialize, T: Serialize + 'static>(
         &mut self,
         Code { stage, version }: Code,
         inputs: I,
@@ -88,8 +100,11 @@ impl At<'_, '_> {
         let values = serde_json::to_value(&inputs).map_err(|e| SessionError::Encoding { reason: e.to_string() })?;
         let call = StageCall { step: &self.key, stage, version, inputs: values };
         let (step, animation) = (&self.key, self.animation);
+        let begun = self.walk.begun(&call);
         self.walk.stage(call, |session, on_progress| {
-            run(inputs, &session.store, on_progress).map_err(|error| located(error, step, animation, stage))
+            let begun = begun.and_then(|begun| begun.ended(on_progress));
+            let result = begun.unwrap_or_else(|| run(inputs, &session.store, on_progress));
+            result.map_err(|error| located(error, step, animation, stage))
         })
     }
 }

@@ -1,5 +1,7 @@
 //! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
+use super::ahead::{Ahead, Begun};
+use super::at::Run;
 use super::event::{Event, Forced, Made, OnProgress, Outcome, as_events};
 use super::mention;
 use super::reason::{Cause, Reason, reasons};
@@ -8,7 +10,7 @@ use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer};
 use crate::session::recipe::StepRecipe;
 use crate::session::stage::Stage;
-use crate::session::store::{ContentHash, Failure, Health, SCHEMA, StageRecord, Warning};
+use crate::session::store::{ContentHash, Failure, Health, SCHEMA, StageRecord, Store, Warning};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -103,6 +105,8 @@ pub(in crate::session) enum Walk<'a> {
         notes_failures: bool,
         /// The steps of which a stage failed, in their order.
         failed: Vec<String>,
+        /// Stages that run already.
+        ahead: Ahead,
     },
     /// Rebuilds results that are recorded but damaged or missing, and records nothing: equal inputs give equal bytes.
     Repair { session: &'a Session, repaired: &'a mut Repaired, on_event: &'a mut dyn FnMut(&Event) },
@@ -128,6 +132,7 @@ impl<'a> Walk<'a> {
             at_once: false,
             notes_failures: false,
             failed: Vec::new(),
+            ahead: Ahead::default(),
         }
     }
 
@@ -201,6 +206,28 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// Begins a stage that will have to run, on a thread of its own where there is more than one.
+    pub(in crate::session::pipeline) fn begin<I: Send + 'static, T: Send + 'static>(
+        &mut self,
+        call: &StageCall,
+        inputs: impl FnOnce() -> I,
+        run: fn(I, &Store, OnProgress) -> Run<T>,
+    ) {
+        let Self::Make { writer, forced, ahead, ended: false, .. } = self else { return };
+        let is_made = call.up_to_date(&writer.session).is_some() && !forced.includes(call.step, call.stage);
+        if !is_made && !ahead.has(call.hash()) && rayon::current_num_threads() > 1 {
+            ahead.begin(call.hash(), writer.session.store.clone(), inputs(), run);
+        }
+    }
+
+    /// The stage, if it was begun.
+    pub(in crate::session::pipeline) fn begun(&mut self, call: &StageCall) -> Option<Begun> {
+        match self {
+            Self::Make { ahead, .. } => ahead.take(call.hash()),
+            Self::Repair { .. } | Self::Look { .. } => None,
+        }
+    }
+
     /// The result of a stage: the recorded one if it is up to date, otherwise that of `run`.
     pub(in crate::session::pipeline) fn stage<T: Serialize>(
         &mut self,
@@ -209,7 +236,19 @@ impl<'a> Walk<'a> {
     ) -> Result<Made<T>, SessionError> {
         match self {
             Self::Make { ended: true, .. } => Err(call.not_built()),
-            Self::Make { writer, change, forced, on_event, reports, until, ended, at_once, notes_failures, failed } => {
+            Self::Make {
+                writer,
+                change,
+                forced,
+                on_event,
+                reports,
+                until,
+                ended,
+                at_once,
+                notes_failures,
+                failed,
+                ahead: _,
+            } => {
                 let recorded = call.up_to_date(&writer.session);
                 *ended = call.is_last(until);
                 if let Some(record) = &recorded

@@ -35,7 +35,7 @@ pub(in crate::session::pipeline) struct BodyInputs {
     pub is_estimated: bool,
 }
 
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(in crate::session::pipeline) struct GarmentInputs {
     pub scan: Kept<Scan>,
     /// The figure without the garment.
@@ -58,7 +58,7 @@ pub(in crate::session::pipeline) struct GarmentInputs {
 }
 
 /// What a scan shows beside a garment.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(in crate::session::pipeline) struct Beside {
     pub evidence: Kept<Evidence>,
     pub masks: MasksOfScan,

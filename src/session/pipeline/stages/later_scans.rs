@@ -1,7 +1,7 @@
 //! The scans of later steps, for a body whose shape is fitted to all scans of the session.
 
 use super::kinds::{NewGarments, looser};
-use super::step_scan::scan_of;
+use super::step_scan::{begin_scan, scan_of};
 use crate::body::{BodyModel, Figure};
 use crate::fit::{Contact, Cover, InsideParams, ShapeFrom};
 use crate::geometry::PerVertex;
@@ -33,7 +33,9 @@ pub(in crate::session::pipeline) fn later_scans(
         return Ok(Vec::new());
     }
     let mut found = Vec::new();
-    for at in recipe.garment_scans() {
+    let mut later = recipe.garment_scans().into_iter().peekable();
+    while let Some(at) = later.next() {
+        begin_scan(walk, later.peek().map(|&next| &recipe.steps[next]));
         let (step, garments, params) = match recipe.variant(&recipe.steps[at])? {
             Step::Garment(scan, only) => (&recipe.steps[at], NewGarments::alone(&only), scan.pose),
             Step::Outfit(scan, all) => (&recipe.steps[at], NewGarments::of_outfit(&all), scan.pose),

@@ -20,7 +20,7 @@ use std::time::Instant;
 
 pub(in crate::session::pipeline) const SCAN: Code = Code::new(Stage::Scan, 6);
 
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(in crate::session) struct Inputs {
     file: FileInput,
     params: ScanParams,
@@ -30,6 +30,11 @@ pub(in crate::session) struct Inputs {
 impl Inputs {
     pub fn of(session: &Session, reading: Reading) -> Self {
         Self { file: FileInput::of(session, &reading.file), params: reading.scan, fusion: reading.fusion }
+    }
+
+    /// Whether the file holds no recording, as far as its name says.
+    pub fn is_mesh(&self) -> bool {
+        self.file.path().extension().is_some_and(|extension| extension != "zip")
     }
 }
 
