@@ -55,7 +55,7 @@ pub struct GarmentPlausibility {
     pub recolored_share: Option<f64>,
     /// Share of the garment that lies on the surface below it and has its colour; `None` without colours on both.
     pub unchanged_share: Option<f64>,
-    /// Share of the rest of the scan that has another colour than the figure there; `None` without colours on both.
+    /// Share of the rest of the scan that has another colour than the figure near there; `None` without colours on both.
     pub rest_recolored_share: Option<f64>,
     /// Share of the rest of the scan that is far from the figure, and the middle of that part.
     pub unexplained: (f64, Option<Point>),
@@ -146,7 +146,19 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
     let scan_index = SurfaceIndex::prepare(mesh);
     let floor = mesh.faces().iter().flatten().map(|&v| mesh.points()[v].y).fold(f64::INFINITY, f64::min);
     let unchanged = |place: &Place| place.distance < ON_FIGURE && place.color_change.is_some_and(|c| c < SAME_COLOR);
-    let rest_colors = || rest().filter_map(|(_, place, area)| Some((area, place.color_change? > RECOLORED_FROM)));
+    let rest_colors: Vec<(f64, bool)> = mesh
+        .vertex_ids()
+        .filter(is_rest)
+        .collect::<Vec<_>>()
+        .par_iter()
+        .filter_map(|&v| {
+            let is_other = places[v.index()].color_change? > RECOLORED_FROM;
+            let (p, color) = (&mesh.points()[v], color_of(scan, v)?);
+            // Stripes move with the cloth: a shirt is tucked, or pulled up.
+            let is_near = |layer: &IndexedLayer| layer.has_color_near(p, SAME_PLACE, &color, RECOLORED_FROM);
+            Some((areas[v], is_other && !layers.iter().any(is_near)))
+        })
+        .collect();
     let counts = |place: &Place| place.body_below.is_some_and(|v| !changing[v]);
     // The offsets keep a margin where cloth may be; how far skin is from the scan they do not tell.
     let skin_gaps: Vec<(f64, f64)> =
@@ -160,7 +172,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         gap_p75: weighted_quantile(gaps, 0.75),
         thickness: *thickness,
         unchanged_share: recolored.map(|_| weighted_share(garment().map(|(place, area)| (area, unchanged(place))))),
-        rest_recolored_share: rest_colors().next().is_some().then(|| weighted_share(rest_colors())),
+        rest_recolored_share: (!rest_colors.is_empty()).then(|| weighted_share(rest_colors.iter().copied())),
         color_change: weighted_quantile(changes, 0.5),
         recolored_share: recolored,
         unexplained: (far_area / total.max(1e-12), (!far.is_empty()).then_some(far_middle)),
