@@ -1,9 +1,9 @@
 //! Classifies boundary loops: hem, hole of the scan, or hole erased by the user.
 
 use super::across_cut::AcrossCut;
-use super::fill_holes::area_within;
 use super::hem::Faired;
 use super::params::CutParams;
+use super::ring_area::area_within;
 use crate::geometry::{Point, TriMesh, VertexId};
 use std::ops::RangeInclusive;
 

@@ -6,9 +6,10 @@ use super::error::CutError;
 use super::fillings::filling;
 use super::params::CutParams;
 use super::patch::GREATEST_RING;
+use super::ring_area::area_within;
 use super::slice::Slice;
 use super::straps;
-use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId};
+use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
 use rayon::prelude::*;
@@ -247,17 +248,6 @@ const LENGTH_PER_CIRCUMFERENCE: f64 = 4.0;
 
 fn circumference(area: f64) -> f64 {
     2.0 * (std::f64::consts::PI * area).sqrt()
-}
-
-/// The area within a ring, in m².
-pub(super) fn area_within(ring: &[Point]) -> f64 {
-    0.5 * twice_area_vector(ring).norm()
-}
-
-/// Twice the vector area within a ring, in m².
-pub(super) fn twice_area_vector(ring: &[Point]) -> Vec3 {
-    let next = |i: usize| ring[(i + 1) % ring.len()];
-    (0..ring.len()).map(|i| (ring[i] - ring[0]).cross(&(next(i) - ring[0]))).sum()
 }
 
 /// Splits a ring at every vertex that it passes twice.

@@ -19,6 +19,7 @@ mod params;
 mod patch;
 mod pieces;
 mod raggedness;
+mod ring_area;
 mod slice;
 mod straps;
 #[cfg(test)]

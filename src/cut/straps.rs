@@ -1,7 +1,7 @@
 //! Straps over the shoulders and between the legs, where a level camera left a hole.
 
 use super::along_body::BodyIndex;
-use super::fill_holes::twice_area_vector;
+use super::ring_area::twice_area_vector;
 use crate::geometry::{Point, Vec3};
 
 /// Least length of a piece of cloth along a hole, in metres: less is noise of the labels.

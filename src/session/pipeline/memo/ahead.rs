@@ -1,7 +1,7 @@
 //! Stages that run on threads of their own before the walk comes to them: scans are read while a body is fitted.
 
-use super::at::Run;
 use super::event::{OnProgress, StageProgress};
+use super::run::Run;
 use crate::session::store::{ContentHash, Store};
 use std::any::Any;
 use std::panic::resume_unwind;

@@ -5,14 +5,13 @@
 //! nothing. Names and paths are no inputs: errors get the step's name here, and [`mention`](super::mention) puts names into
 //! findings when they are reported.
 
-use super::event::{Made, OnProgress, Outcome};
+use super::event::{Made, OnProgress};
+pub(in crate::session) use super::run::{Run, RunError};
 use super::walk::{StageCall, Walk};
 use crate::session::error::SessionError;
 use crate::session::stage::Stage;
-use crate::session::stage_error::StageError;
 use crate::session::store::Store;
 use serde::Serialize;
-use std::path::PathBuf;
 
 /// A stage and the version of its code. Bump the version when the output changes for equal inputs; a test compares the two.
 #[derive(Clone, Copy)]
@@ -30,31 +29,6 @@ impl Code {
         self.version
     }
 }
-
-/// Why a stage failed; [`At`] adds where.
-pub(in crate::session) enum RunError {
-    /// In the module of the stage.
-    Stage(StageError),
-    /// A mask leaves nothing of the garment.
-    NothingLeft(PathBuf),
-    /// An error that says itself where: of a file, or of the store.
-    Session(SessionError),
-}
-
-impl<E: Into<StageError>> From<E> for RunError {
-    fn from(error: E) -> Self {
-        Self::Stage(error.into())
-    }
-}
-
-impl From<SessionError> for RunError {
-    fn from(error: SessionError) -> Self {
-        Self::Session(error)
-    }
-}
-
-/// What the function of a stage returns.
-pub(in crate::session) type Run<T> = Result<Outcome<T>, RunError>;
 
 /// The place in a recipe whose stages run: a step, or an animation.
 pub(in crate::session) struct At<'a, 'w> {

@@ -7,4 +7,5 @@ pub(in crate::session::pipeline) mod input;
 pub(in crate::session::pipeline) mod mention;
 pub(in crate::session::pipeline) mod reason;
 pub(in crate::session::pipeline) mod report;
+pub(in crate::session::pipeline) mod run;
 pub(in crate::session::pipeline) mod walk;

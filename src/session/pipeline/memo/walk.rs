@@ -1,11 +1,11 @@
 //! A walk through the stages: runs those that are out of date, rebuilds damaged results, or only checks.
 
 use super::ahead::{Ahead, Begun};
-use super::at::Run;
 use super::event::{Event, Forced, Made, OnProgress, Outcome, as_events};
 use super::mention;
 use super::reason::{Cause, Reason, reasons};
 use super::report::{StageReport, verdict_on};
+use super::run::Run;
 use crate::session::error::SessionError;
 use crate::session::open::{Session, Writer};
 use crate::session::recipe::StepRecipe;
