@@ -1,4 +1,5 @@
-//! Stages that run on threads of their own before the walk comes to them: scans are read while a body is fitted.
+//! Stages that run on threads of their own before the walk comes to them: the next scan is read, and a garment is checked, while the
+//! garment is put on the figure.
 
 use super::event::{OnProgress, StageProgress};
 use super::run::Run;
@@ -6,6 +7,7 @@ use crate::session::store::{ContentHash, Store};
 use std::any::Any;
 use std::panic::resume_unwind;
 use std::thread::JoinHandle;
+use std::time::Instant;
 
 /// The stages that were begun, by the hash of their inputs. The threads have ended when this is dropped.
 #[derive(Default)]
@@ -15,10 +17,10 @@ pub(in crate::session) struct Ahead {
 
 type Thread = JoinHandle<Box<dyn Any + Send>>;
 
-/// Of a thread that has not ended, what it will return.
+/// A stage that was begun; its result may not be there yet.
 pub(in crate::session) struct Begun(Thread);
 
-/// What a thread returns: the result, and the progress in words.
+/// What a thread returns: the result with its duration, and the progress in words.
 struct Ended<T> {
     result: Run<T>,
     texts: Vec<String>,
@@ -47,7 +49,8 @@ impl Ahead {
                     texts.push(text.to_string());
                 }
             };
-            let result = run(inputs, &store, &mut on_progress);
+            let began = Instant::now();
+            let result = run(inputs, &store, &mut on_progress).map(|outcome| outcome.lasting(began.elapsed()));
             Box::new(Ended { result, texts }) as Box<dyn Any + Send>
         };
         if let Ok(thread) = std::thread::Builder::new().stack_size(STACK).spawn(all) {
@@ -71,7 +74,7 @@ impl Drop for Ahead {
 }
 
 impl Begun {
-    /// Waits for the result, and passes its progress on; `None` for the result of another stage.
+    /// Waits for the result, and passes its progress on; `None` if it is not of this type.
     pub fn ended<T: 'static>(self, on_progress: OnProgress) -> Option<Run<T>> {
         let Ended { result, texts } = *self.0.join().unwrap_or_else(|panic| resume_unwind(panic)).downcast().ok()?;
         texts.iter().for_each(|text| on_progress(StageProgress::Text(text)));

@@ -8,6 +8,7 @@ use crate::geometry::Point;
 use crate::scan::{FusionStep, Scan};
 use crate::session::stage::Stage;
 use crate::session::store::{Kept, Measures, StageRecord, Warning};
+use std::time::Duration;
 
 /// An event during a walk through the stages.
 #[derive(Debug)]
@@ -87,11 +88,17 @@ pub(in crate::session) struct Outcome<T> {
     pub measures: Measures,
     pub findings: Vec<String>,
     pub warnings: Vec<Warning>,
+    /// How long the stage ran, if it was begun before it was asked for.
+    pub duration: Option<Duration>,
 }
 
 impl<T> Outcome<T> {
     pub fn of(value: T) -> Self {
-        Self { value, measures: Measures::new(), findings: Vec::new(), warnings: Vec::new() }
+        Self { value, measures: Measures::new(), findings: Vec::new(), warnings: Vec::new(), duration: None }
+    }
+
+    pub fn lasting(self, duration: Duration) -> Self {
+        Self { duration: Some(duration), ..self }
     }
 
     pub fn measured(mut self, name: &str, value: f64) -> Self {

@@ -336,9 +336,10 @@ fn run_and_keep<T: Serialize>(
     let StageCall { step, stage, .. } = *call;
     on_event(&Event::Started { step, stage });
     let began = Instant::now();
-    let Outcome { value, measures, findings, warnings } = run(&writer.session, &mut as_events(step, stage, on_event))?;
+    let Outcome { value, measures, findings, warnings, duration } =
+        run(&writer.session, &mut as_events(step, stage, on_event))?;
     let output = writer.session.store.keep(&value)?.hash;
-    writer.session.timings.note(step, stage, began.elapsed().as_secs_f64());
+    writer.session.timings.note(step, stage, duration.unwrap_or_else(|| began.elapsed()).as_secs_f64());
     let (inputs, from) = (call.hash(), call.inputs.clone());
     Ok(StageRecord { inputs, code: call.version, from, output, measures, findings, warnings })
 }
