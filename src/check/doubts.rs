@@ -130,9 +130,9 @@ const ABSENT_BELOW_P75: f64 = 0.007;
 /// A smaller unchanged share is still too much for the right template: at most 21 % on garments, 37 to 67 % where the template
 /// was another garment's.
 const PARTLY_ABSENT_FROM: f64 = 0.3;
-/// Share of the rest of the scan that has another colour than the figure near there: at most 2 % on 35 good scans (six synthetic
-/// people, the demo, the foreign man and woman), 5 % on the woman's coat; 7 % with socks that are not listed, 50 to 72 % with a shirt,
-/// trousers or more.
+/// Share of the rest of the scan that has another colour than the figure near there: at most 2 % on 38 good scans (six synthetic
+/// people, the demo, the foreign man and woman, outfit c), 5 % on the woman's coat; 7 % with socks that are not listed, 50 to 72 %
+/// with a shirt, trousers or more.
 const REST_RECOLORED_FROM: f64 = 0.1;
 /// Share of the scan that is far from the figure: at most 3 % on good scans, 7 to 24 % on scans in the wrong order.
 const UNEXPLAINED_FROM: f64 = 0.05;
