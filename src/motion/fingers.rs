@@ -1,8 +1,11 @@
-//! Which joints of a clip's skeleton are which finger joints.
+//! Which joints of a clip's skeleton are which finger joints, and how hands are held in its reference pose.
 
+use super::aligned::smallest_rotation;
 use super::clip::Clip;
 use super::names::plain;
-use crate::body::{Finger, Side};
+use crate::body::{Finger, JointId, Side, Skeleton};
+use crate::geometry::Vec3;
+use nalgebra::UnitQuaternion;
 use std::collections::BTreeMap;
 
 /// Words of the fingers' names, from the thumb.
@@ -42,6 +45,30 @@ pub(super) fn fingers_below(clip: &Clip, hand: usize, side: Side) -> BTreeMap<St
         joints.extend(finger.joint_names(side).into_iter().zip(chain.into_iter().map(|joint| joint.0)));
     }
     joints
+}
+
+/// Turns the bones of fingers to those of a reference pose: hands of rigs rest flat, relaxed or as fists. A last bone, of which
+/// nothing marks the end, turns with the one above.
+///
+/// **Shapes** `turned`: one rotation from the bind pose per joint. `place` is that of a finger joint in the reference pose, `None` for
+/// other joints.
+pub(super) fn align_fingers(
+    skeleton: &Skeleton,
+    turned: &mut [UnitQuaternion<f64>],
+    place: impl Fn(JointId) -> Option<Vec3>,
+) {
+    for j in skeleton.ids() {
+        let (Some(start), Some(parent)) = (place(j), skeleton.parents[j.index()]) else { continue };
+        let above = turned[parent.index()];
+        let next = skeleton.ids().find(|&next| skeleton.parents[next.index()] == Some(j));
+        turned[j.index()] = match next.and_then(|next| Some((next, place(next)?))) {
+            Some((next, end)) => {
+                let bone = skeleton.joints_in_bind[next.index()] - skeleton.joints_in_bind[j.index()];
+                smallest_rotation(&(above * bone), &(end - start)) * above
+            }
+            None => above,
+        };
+    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 use super::aligned::{about_vertical, aligned, bone_end, heading, midpoint, smallest_rotation};
 use super::clip::Clip;
 use super::error::MotionError;
+use super::fingers::align_fingers;
 use super::placement::{Placement, position};
 use super::rig_map::{REQUIRED, RigMap};
 use crate::body::HumanJoint::{
@@ -77,19 +78,9 @@ impl<'a> Retargeter<'a> {
             None => finger(j).map(Source::whole),
         };
         let sources = skeleton.ids().map(source).collect();
-        // Hands of rigs rest flat, relaxed or as fists.
-        for j in skeleton.ids().filter(|&j| finger(j).is_some()) {
-            let Some(parent) = skeleton.parents[j.index()] else { continue };
-            let above = to_reference[parent.index()];
-            let next = skeleton.ids().find(|&next| skeleton.parents[next.index()] == Some(j));
-            let bones = next.and_then(|next| {
-                let [start, end] = [finger(j)?, finger(next)?].map(|k| placement.reference[k].translation.vector);
-                let bone = skeleton.joints_in_bind[next.index()] - skeleton.joints_in_bind[j.index()];
-                Some((bone, placement.ours_from_reference * (end - start)))
-            });
-            to_reference[j.index()] =
-                bones.map_or(above, |(bone, wanted)| smallest_rotation(&(above * bone), &wanted) * above);
-        }
+        align_fingers(skeleton, &mut to_reference, |joint| {
+            Some(placement.ours_from_reference * placement.reference[finger(joint)?].translation.vector)
+        });
         let scale = leg / placement.leg;
         Ok(Self { skeleton, map, placement, sources, to_reference, scale })
     }
