@@ -4,7 +4,7 @@ use super::contact::Contact;
 use super::dressed_scan::DressedScan;
 use super::scalp::with_hair;
 use crate::body::{BodyModel, Figure, Pose, Shape};
-use crate::fit::correspondence::{LastFaces, ScanSurface, mean_and_p95, scan_to_mesh_from, side_of, spread};
+use crate::fit::correspondence::{LastFaces, ScanSurface, Sidedness, mean_and_p95, scan_to_mesh_from, side_of, spread};
 use crate::fit::error::FitError;
 use crate::fit::inside::{Cover, FigureSurface};
 use crate::fit::naked::FINEST;
@@ -40,8 +40,15 @@ pub(super) struct DressedView<'a> {
     index: SurfaceIndex,
     samples: Vec<(VertexId, f64)>,
     of_scan: Vec<(VertexId, f64)>,
+    /// Of each sample below cloth, where the scan is, as posed last.
+    sides: Vec<Option<Sidedness>>,
     near_model: LastFaces,
     near_scan: LastFaces,
+}
+
+/// The weight of a gap that is `off` from the usual one.
+fn cloth_weight(area: f64, off: f64, deviation: f64) -> f64 {
+    area / CONTACT_AREA / deviation.powi(2) * kernel(off, 2.5 * deviation)
 }
 
 fn kernel(off: f64, scale: f64) -> f64 {
@@ -82,34 +89,54 @@ impl<'a> DressedView<'a> {
         let (near_model, near_scan) = (LastFaces::none(samples.len()), LastFaces::none(of_scan.len()));
         let center = Pose::bind(body.joint_count());
         let ease = 1.0;
-        Ok(Self { surface, body, model, pose, center, contact, ease, index, samples, of_scan, near_model, near_scan })
+        let sides = Vec::new();
+        Ok(Self {
+            surface,
+            body,
+            model,
+            pose,
+            center,
+            contact,
+            ease,
+            index,
+            samples,
+            of_scan,
+            sides,
+            near_model,
+            near_scan,
+        })
     }
 
     pub(super) fn is_skin(&self, v: VertexId) -> bool {
         self.contact[v].is_none()
     }
 
-    /// Poses the model and updates the index.
+    /// Poses the model, updates the index, and finds the scan beside what lies below cloth.
     pub(super) fn posed(&mut self, shape: &Shape) -> Posed {
         let posed = self.body.posed(&self.pose, shape);
         self.index.follow(&self.model.template.with_points(posed.points.clone()));
+        let normals = self.index.mesh().vertex_normals_by_area();
+        let side = |&(v, _): &(VertexId, f64)| {
+            self.contact[v].as_ref()?;
+            side_of(self.surface, &posed.points[v], &normals[v])
+        };
+        self.sides = self.samples.par_iter().map(side).collect();
         posed
     }
 
     /// Fits the ease to the gaps of the body as posed last.
     pub(super) fn fit_ease(&mut self) {
-        let normals = self.index.mesh().vertex_normals_by_area();
-        let points = self.index.mesh().points();
-        let of_sample = |&(v, area): &(VertexId, f64)| {
-            let Contact { gap: usual, deviation } = self.contact[v]?;
-            let off = side_of(self.surface, &points[v], &normals[v])?.clearance - self.ease * usual;
-            let weight = area / CONTACT_AREA / deviation.powi(2) * kernel(off, 2.5 * deviation);
-            Some([weight * usual * (off + self.ease * usual), weight * usual * usual])
-        };
-        let terms: Vec<[f64; 2]> = self.samples.par_iter().filter_map(of_sample).collect();
-        let sum = |k: usize| terms.iter().map(|term| term[k]).sum::<f64>();
         let prior = EASE_DEVIATION.powi(-2);
-        self.ease = (sum(0) + prior) / (sum(1) + prior);
+        let (mut product, mut square) = (prior, prior);
+        for (&(v, area), side) in self.samples.iter().zip(&self.sides) {
+            if let (Some(Contact { gap: usual, deviation }), Some(side)) = (self.contact[v], side) {
+                let off = side.clearance - self.ease * usual;
+                let weight = cloth_weight(area, off, deviation);
+                product += weight * usual * side.clearance;
+                square += weight * usual * usual;
+            }
+        }
+        self.ease = product / square;
     }
 
     pub(super) fn index(&self) -> &SurfaceIndex {
@@ -157,10 +184,10 @@ impl<'a> DressedView<'a> {
                     Some(Residual::on_vertex(v, hit.normal, gap, weight * kernel(hit.distance, 0.4 * phase.reach)))
                 }
                 Some(Contact { gap: usual, deviation }) => {
-                    let side = side_of(self.surface, &p, &n)?;
+                    let side = self.sides[k].as_ref()?;
                     let gap = side.clearance;
                     let off = gap - self.ease * usual;
-                    let cloth = area / CONTACT_AREA / deviation.powi(2) * kernel(off, 2.5 * deviation);
+                    let cloth = cloth_weight(area, off, deviation);
                     let outside = (gap + SKIN_DEVIATION).min(0.0);
                     let bound = if outside < 0.0 { area / SKIN_AREA / OUTSIDE_DEVIATION.powi(2) } else { 0.0 };
                     // Two terms on one vertex along one normal are one.
