@@ -1,6 +1,6 @@
 //! What is across a cut: the rest of the person, or a patch that the user erased within the cloth.
 
-use super::fill_holes::FilledScan;
+use super::holes::fill_holes::FilledScan;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, PerVertex, VertexId};
 

@@ -5,9 +5,9 @@
 //! evidence of many vertices along a hem together places it to 1 or 2 mm.
 
 use super::color_evidence::{MODEL_RADIUS, color_evidence};
-use super::earlier_cuts::FilledSurface;
 use super::error::CutError;
-use super::fill_holes::FilledScan;
+use super::holes::earlier_cuts::FilledSurface;
+use super::holes::fill_holes::FilledScan;
 use super::params::CutParams;
 use super::pieces::without_islands;
 use super::slice::{Slice, slice};

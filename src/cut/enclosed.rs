@@ -1,6 +1,6 @@
 //! Closes places within a garment that labels left out although its kind has no hem there.
 
-use super::fill_holes::FilledScan;
+use super::holes::fill_holes::FilledScan;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, PerVertex, VertexId};
 

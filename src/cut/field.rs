@@ -1,6 +1,6 @@
 //! A smooth signed field; the garment ends at its zero line.
 
-use super::fill_holes::FilledScan;
+use super::holes::fill_holes::FilledScan;
 use crate::geometry::{Adjacency, PerVertex, VertexId, cotangent_laplacian, geodesic_distances};
 use crate::numerics::{NumericsError, SparseCholesky};
 

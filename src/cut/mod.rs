@@ -1,43 +1,33 @@
 //! Cuts a [`Garment`] out of a labelled scan: through its triangles, along a smooth line, in the scan's pose.
 
 mod across_cut;
-mod along_body;
 mod below_hair;
 mod body_below;
-mod boundary_loops;
 mod color_evidence;
-mod crumples;
-mod earlier_cuts;
 mod edge_search;
 mod enclosed;
 mod error;
 mod field;
-mod fill_holes;
-mod fillings;
-mod hem;
+mod hems;
+mod holes;
 mod params;
-mod patch;
 mod pieces;
-mod raggedness;
-mod ring_area;
 mod slice;
-mod straps;
 #[cfg(test)]
 mod tests;
-mod thin_plate;
 mod underlap;
 
 pub use body_below::BodyBelow;
-pub use earlier_cuts::EarlierCuts;
 pub use error::CutError;
+pub use hems::raggedness::{RaggedHem, most_ragged_hem};
+pub use holes::earlier_cuts::EarlierCuts;
 pub use params::CutParams;
-pub use raggedness::{RaggedHem, most_ragged_hem};
 
 use crate::geometry::{Adjacency, PerVertex, TriMesh, VertexId, WithoutSlivers, without_slivers};
 use crate::parameters::Parameters;
 use crate::scan::Scan;
 use crate::segment::Segmentation;
-use earlier_cuts::FilledSurface;
+use holes::earlier_cuts::FilledSurface;
 use serde::{Deserialize, Serialize};
 use slice::Slice;
 use std::ops::RangeInclusive;
@@ -146,7 +136,7 @@ pub fn cut_again(
     // What continues below hair is another scan, which depends on the labels.
     let own = EarlierCuts::default();
     let earlier = if continued.is_some() { &own } else { earlier };
-    let filled = fill_holes::filled(scan, around, segmentation, body, params, earlier, &mut findings)?;
+    let filled = holes::fill_holes::filled(scan, around, segmentation, body, params, earlier, &mut findings)?;
     let FilledSurface { mesh: surface, adjacency, .. } = &*filled.surface;
     let field = field::signed_field(&filled, adjacency, params.smoothing_radius)?;
     let at_edge = edge_search::at_edges_of_cloth(&filled, adjacency, field, params, &mut findings)?;
@@ -160,7 +150,7 @@ pub fn cut_again(
         if sliced.mesh.face_count() == 0 {
             return Err(CutError::NothingLabelled { labelled: labels.garment_vertex_count(), vertices });
         }
-        fill_holes::close_pinholes(sliced, &filled)
+        holes::fill_holes::close_pinholes(sliced, &filled)
     };
     let mut sliced = along(&at_edge, &mut findings)?;
     let surplus = enclosed::hem_count(&sliced).saturating_sub(*expected_loops.end());
@@ -171,9 +161,9 @@ pub fn cut_again(
         findings.push(format!("closed {count} place{plural} within the garment, {area:.0} cm² in total"));
     }
     let across = across_cut::AcrossCut::of(&sliced, &filled, adjacency);
-    let faired = hem::faired(sliced, &filled, adjacency, params);
-    let faired = crumples::smoothed(faired, &mut findings)?;
-    let loops = boundary_loops::BoundaryLoops::of(&faired, &across);
+    let faired = hems::hem::faired(sliced, &filled, adjacency, params);
+    let faired = hems::crumples::smoothed(faired, &mut findings)?;
+    let loops = hems::boundary_loops::BoundaryLoops::of(&faired, &across);
     let hem_loops = loops.classified(&expected_loops, params, &mut findings);
     let with_underlap =
         underlap::continued(&faired.mesh, hem_loops, &scan.mesh, &segmentation.under, body.surface(), params.underlap);

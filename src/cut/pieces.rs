@@ -1,6 +1,6 @@
 //! Drops fins and islands, and separates fans of faces that touch in one vertex.
 
-use super::fill_holes::FilledScan;
+use super::holes::fill_holes::FilledScan;
 use super::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, MeshError, PerFace, TriMesh, VertexId, manifold_part};
 

@@ -92,7 +92,7 @@ fn a_hem_on_crumpled_cloth_is_not_ragged_and_the_cloth_keeps_its_girth() {
     let scan = Scan::from_clean_mesh(mesh, smooth.colors);
     let garment = cut(&scan, &ragged(&scan).into()).unwrap();
     let ratio = super::most_ragged_hem(&garment.mesh, &garment.hem_loops, 0.0).unwrap().length_per_smooth_length;
-    assert!(ratio <= super::hem::MOST_RAGGED, "{ratio}");
+    assert!(ratio <= super::hems::hem::MOST_RAGGED, "{ratio}");
     let girth = garment.hem_loops[0].iter().map(|&v| garment.mesh.points()[v]).map(|p| p.x.hypot(p.z));
     let mean = girth.sum::<f64>() / garment.hem_loops[0].len() as f64;
     assert!((mean - 0.1).abs() < 0.002, "{mean}");

@@ -44,7 +44,7 @@ pub fn most_ragged_hem(mesh: &TriMesh, hems: &[Vec<VertexId>], floor: f64) -> Op
 }
 
 /// The sum of the angles of the faces at each vertex, in radians.
-pub(super) fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
+pub(in crate::cut) fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
     let mut angles = PerVertex::filled(0.0, mesh.vertex_count());
     for f in mesh.face_ids() {
         let (corners, points) = (mesh.faces()[f], mesh.triangle(f));
@@ -56,7 +56,12 @@ pub(super) fn angles_of_faces(mesh: &TriMesh) -> PerVertex<f64> {
 }
 
 /// How ragged one hem is; `None` if it is short. `angles` are those of [`angles_of_faces`].
-pub(super) fn raggedness(mesh: &TriMesh, angles: &PerVertex<f64>, hem: &[VertexId], floor: f64) -> Option<RaggedHem> {
+pub(in crate::cut) fn raggedness(
+    mesh: &TriMesh,
+    angles: &PerVertex<f64>,
+    hem: &[VertexId],
+    floor: f64,
+) -> Option<RaggedHem> {
     let point = |i: usize| mesh.points()[hem[i % hem.len()]];
     let edges: Vec<f64> = (0..hem.len()).map(|i| (point(i + 1) - point(i)).norm()).collect();
     let length: f64 = edges.iter().sum();

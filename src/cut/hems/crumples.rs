@@ -1,9 +1,9 @@
 //! Crumpled ends of sleeves and legs: where a level camera looks along the cloth, as at the lower side of a sleeve, a fused scan turns in
 //! and out, and the hem follows. There the hem is replaced by a fair curve, and the cloth beside it is stretched to it.
 
-use super::error::CutError;
 use super::hem::Faired;
-use super::thin_plate::ThinPlate;
+use crate::cut::error::CutError;
+use crate::cut::holes::thin_plate::ThinPlate;
 use crate::geometry::{Adjacency, PerVertex, Point, TriMesh, Vec3, VertexId, geodesic_distances};
 use crate::numerics::wrapped_angle;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
@@ -41,7 +41,7 @@ const REACH: f64 = 0.035;
 const SEEN_WITHIN: f64 = 0.005;
 
 /// The garment with fair ends of sleeves and legs.
-pub(super) fn smoothed(mut garment: Faired, findings: &mut Vec<String>) -> Result<Faired, CutError> {
+pub(in crate::cut) fn smoothed(mut garment: Faired, findings: &mut Vec<String>) -> Result<Faired, CutError> {
     let normals = garment.mesh.vertex_normals();
     let mut targets: BTreeMap<VertexId, Point> = BTreeMap::new();
     let mut count = 0;

@@ -4,19 +4,19 @@ use crate::geometry::{Point, Vec3};
 use crate::numerics::{NumericsError, SparseCholesky};
 
 /// The normal equations of `min Σ |x_v − weighted mean of its neighbours|²`, with some points known.
-pub(super) struct ThinPlate {
+pub(in crate::cut) struct ThinPlate {
     triplets: Vec<(usize, usize, f64)>,
     right: Vec<Vec3>,
 }
 
 impl ThinPlate {
     /// Without a term yet.
-    pub(super) fn new(unknowns: usize) -> Self {
+    pub(in crate::cut) fn new(unknowns: usize) -> Self {
         Self { triplets: Vec::new(), right: vec![Vec3::zeros(); unknowns] }
     }
 
     /// Adds `|Σ factor · x + known|²`, the sum over unknown points by their index.
-    pub(super) fn add(&mut self, unknown: &[(usize, f64)], known: Vec3) {
+    pub(in crate::cut) fn add(&mut self, unknown: &[(usize, f64)], known: Vec3) {
         for &(a, fa) in unknown {
             self.right[a] -= known * fa;
             self.triplets.extend(unknown.iter().map(|&(b, fb)| (a, b, fa * fb)));
@@ -24,7 +24,7 @@ impl ThinPlate {
     }
 
     /// The points.
-    pub(super) fn solved(self) -> Result<Vec<Point>, NumericsError> {
+    pub(in crate::cut) fn solved(self) -> Result<Vec<Point>, NumericsError> {
         let system = SparseCholesky::prepare(self.right.len(), &self.triplets)?;
         Ok(system.solve_vectors(&self.right).into_iter().map(Point::from).collect())
     }

@@ -1,9 +1,9 @@
 //! Fairs boundary curves: smooths them, keeps them on the scan, and lets the cloth beside them follow.
 
-use super::fill_holes::FilledScan;
-use super::params::CutParams;
 use super::raggedness::{angles_of_faces, raggedness};
-use super::slice::Slice;
+use crate::cut::holes::fill_holes::FilledScan;
+use crate::cut::params::CutParams;
+use crate::cut::slice::Slice;
 use crate::geometry::{Adjacency, FaceId, PerFace, PerVertex, Point, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
@@ -25,22 +25,22 @@ const LAST_ROUNDS: usize = 12;
 
 /// A boundary that is longer than its smoothed line by this factor is faired further, off the scan, which is crumpled there. Hems that look
 /// smooth have at most 11 %.
-pub(super) const MOST_RAGGED: f64 = 1.08;
+pub(in crate::cut) const MOST_RAGGED: f64 = 1.08;
 /// Greatest number of times that such a boundary is faired further, and the rounds of each.
 const MOST_REPEATS: usize = 12;
 const ROUNDS_PER_REPEAT: usize = 8;
 
 /// A garment with fair boundaries.
-pub(super) struct Faired {
-    pub(super) mesh: TriMesh,
-    pub(super) adjacency: Adjacency,
-    pub(super) colors: Option<PerVertex<[u8; 3]>>,
-    pub(super) on_cut: Vec<bool>,
-    pub(super) is_seen: Vec<bool>,
+pub(in crate::cut) struct Faired {
+    pub(in crate::cut) mesh: TriMesh,
+    pub(in crate::cut) adjacency: Adjacency,
+    pub(in crate::cut) colors: Option<PerVertex<[u8; 3]>>,
+    pub(in crate::cut) on_cut: Vec<bool>,
+    pub(in crate::cut) is_seen: Vec<bool>,
 }
 
 /// Fairs every boundary loop of `slice` on the surface of the scan, whose adjacency is `around`.
-pub(super) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params: &CutParams) -> Faired {
+pub(in crate::cut) fn faired(slice: Slice, scan: &FilledScan, around: &Adjacency, params: &CutParams) -> Faired {
     let adjacency = slice.adjacency().clone();
     let loops = adjacency.boundary_loops();
     let rings = rings_from(&slice.mesh, &adjacency, &loops);

@@ -2,13 +2,13 @@
 
 use super::along_body::{BodyIndex, laid_along_body};
 use super::earlier_cuts::{EarlierCuts, FilledSurface};
-use super::error::CutError;
 use super::fillings::filling;
-use super::params::CutParams;
 use super::patch::GREATEST_RING;
 use super::ring_area::area_within;
-use super::slice::Slice;
 use super::straps;
+use crate::cut::error::CutError;
+use crate::cut::params::CutParams;
+use crate::cut::slice::Slice;
 use crate::geometry::{Adjacency, NearestVertex, PerVertex, Point, TriMesh, VertexId};
 use crate::scan::Scan;
 use crate::segment::{Labels, Segmentation};
@@ -19,18 +19,18 @@ use std::sync::Arc;
 /// A scan without its small holes near the garment, and without fins. The scan's own vertices come first, unmoved.
 ///
 /// **Shapes** colours, labels, `by_hand` and `beside_hole`: one entry per vertex of the surface.
-pub(super) struct FilledScan {
-    pub(super) surface: Arc<FilledSurface>,
-    pub(super) colors: Option<PerVertex<[u8; 3]>>,
-    pub(super) labels: Labels,
+pub(in crate::cut) struct FilledScan {
+    pub(in crate::cut) surface: Arc<FilledSurface>,
+    pub(in crate::cut) colors: Option<PerVertex<[u8; 3]>>,
+    pub(in crate::cut) labels: Labels,
     /// Which vertices have a label given by the user.
-    pub(super) by_hand: PerVertex<bool>,
+    pub(in crate::cut) by_hand: PerVertex<bool>,
     /// Which vertices are on or beside a hole that stays open.
-    pub(super) beside_hole: PerVertex<bool>,
+    pub(in crate::cut) beside_hole: PerVertex<bool>,
 }
 
 /// Fills every hole that touches the garment and is small enough.
-pub(super) fn filled(
+pub(in crate::cut) fn filled(
     scan: &Scan,
     around: &Adjacency,
     segmentation: &Segmentation,
@@ -134,7 +134,7 @@ pub(super) fn filled(
 }
 
 /// Closes loops made by the cut that are smaller than any hem and not painted by the user.
-pub(super) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, CutError> {
+pub(in crate::cut) fn close_pinholes(slice: Slice, whole: &FilledScan) -> Result<Slice, CutError> {
     let adjacency = slice.adjacency();
     let mut points = slice.mesh.points().0.clone();
     let mut faces = slice.mesh.faces().0.clone();

@@ -1,9 +1,9 @@
 //! What earlier cuts of a scan leave for the next one, of which a stroke changes little. No result depends on it.
 
 use super::along_body::BodyIndex;
-use super::body_below::BodyBelow;
-use super::color_evidence::ColorEvidence;
 use super::fillings::Fillings;
+use crate::cut::body_below::BodyBelow;
+use crate::cut::color_evidence::ColorEvidence;
 use crate::geometry::{Adjacency, MeshError, NearestVertex, PerVertex, Point, TriMesh, Vec3, VertexId, manifold_part};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -11,18 +11,18 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 /// What is kept of the cuts of one scan.
 #[derive(Default)]
 pub struct EarlierCuts {
-    pub(super) fillings: Fillings,
+    pub(in crate::cut) fillings: Fillings,
     without_fins: OnceLock<Option<(TriMesh, Adjacency)>>,
     body: Mutex<Option<Arc<BodyIndex>>>,
     surface: Mutex<Option<Arc<FilledSurface>>>,
 }
 
 /// A scan's surface without its small holes.
-pub(super) struct FilledSurface {
-    pub(super) mesh: TriMesh,
-    pub(super) adjacency: Adjacency,
-    pub(super) normals: PerVertex<Vec3>,
-    pub(super) vertices: NearestVertex,
+pub(in crate::cut) struct FilledSurface {
+    pub(in crate::cut) mesh: TriMesh,
+    pub(in crate::cut) adjacency: Adjacency,
+    pub(in crate::cut) normals: PerVertex<Vec3>,
+    pub(in crate::cut) vertices: NearestVertex,
     colors_said: Mutex<HashMap<usize, Arc<ColorEvidence>>>,
 }
 
@@ -33,7 +33,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl EarlierCuts {
     /// The body, prepared for queries.
-    pub(super) fn body(&self, body: &BodyBelow) -> Arc<BodyIndex> {
+    pub(in crate::cut) fn body(&self, body: &BodyBelow) -> Arc<BodyIndex> {
         let mut kept = locked(&self.body);
         match kept.as_ref().filter(|kept| kept.is_of(body)) {
             Some(kept) => kept.clone(),
@@ -44,7 +44,7 @@ impl EarlierCuts {
     /// The scan without faces at edges of more than two, and its adjacency; `None` if it has no such edge. All vertices stay.
     ///
     /// A hole beside a fin has its border in two loops, of which one is no hole.
-    pub(super) fn without_fins(&self, scan: &TriMesh) -> Option<&(TriMesh, Adjacency)> {
+    pub(in crate::cut) fn without_fins(&self, scan: &TriMesh) -> Option<&(TriMesh, Adjacency)> {
         let found = self.without_fins.get_or_init(|| {
             let keep = manifold_part(scan);
             if keep.iter().all(|&kept| kept) {
@@ -62,7 +62,7 @@ impl EarlierCuts {
     /// The surface of these points and faces.
     ///
     /// **Errors** if they are no mesh.
-    pub(super) fn surface(
+    pub(in crate::cut) fn surface(
         &self,
         points: Vec<Point>,
         faces: Vec<[VertexId; 3]>,
@@ -77,14 +77,14 @@ impl EarlierCuts {
 }
 
 impl FilledSurface {
-    pub(super) fn prepare(mesh: TriMesh) -> Self {
+    pub(in crate::cut) fn prepare(mesh: TriMesh) -> Self {
         let around = || (mesh.vertex_normals(), NearestVertex::prepare(mesh.points().as_slice()));
         let (adjacency, (normals, vertices)) = rayon::join(|| Adjacency::prepare(&mesh), around);
         Self { mesh, adjacency, normals, vertices, colors_said: Mutex::default() }
     }
 
     /// What the colours say in a round of the search for edges; `now` is given what they said in that round of the last cut.
-    pub(super) fn colors_say(
+    pub(in crate::cut) fn colors_say(
         &self,
         round: usize,
         now: impl FnOnce(Option<&ColorEvidence>) -> ColorEvidence,

@@ -1,14 +1,14 @@
 //! Fillings of holes, which are kept for the next cut of the same scan.
 
-use super::error::CutError;
 use super::patch::Patch;
 use super::thin_plate::ThinPlate;
+use crate::cut::error::CutError;
 use crate::geometry::{Adjacency, Point, TriMesh, Vec3, VertexId};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A patch over a ring, and its new points faired.
-pub(super) type Fair = (Patch, Vec<Point>);
+pub(in crate::cut) type Fair = (Patch, Vec<Point>);
 /// A ring, and the greatest number of its points.
 type Ring = (Vec<VertexId>, usize);
 
@@ -17,7 +17,7 @@ type Ring = (Vec<VertexId>, usize);
 pub struct Fillings(Mutex<HashMap<Ring, Option<Arc<Fair>>>>);
 
 impl Fillings {
-    pub(super) fn of(
+    pub(in crate::cut) fn of(
         &self,
         mesh: &TriMesh,
         adjacency: &Adjacency,
@@ -36,7 +36,7 @@ impl Fillings {
 }
 
 /// A patch over a ring, and its new points faired; `None` if the ring cannot be filled.
-pub(super) fn filling(
+pub(in crate::cut) fn filling(
     mesh: &TriMesh,
     adjacency: &Adjacency,
     ring: &[VertexId],

@@ -1,7 +1,7 @@
 //! Fills holes of the scan that a level camera leaves at crown, shoulders and soles: cloth is believed to follow the body.
 
-use super::body_below::BodyBelow;
 use super::patch::Patch;
+use crate::cut::body_below::BodyBelow;
 use crate::geometry::{NearestVertex, PerVertex, Point, SurfaceIndex, Vec3};
 
 /// Greatest distance of the cloth at the border of a hole from the body, on average, in metres: a cap's, over hair.
@@ -18,7 +18,7 @@ const TEMPLATE_ERROR: f64 = 0.05;
 const SMOOTHING_ROUNDS: usize = 3;
 
 /// A body, prepared for queries.
-pub(super) struct BodyIndex {
+pub(in crate::cut) struct BodyIndex {
     surface: SurfaceIndex,
     is_covered: PerVertex<bool>,
     covered: NearestVertex,
@@ -27,7 +27,7 @@ pub(super) struct BodyIndex {
 }
 
 impl BodyIndex {
-    pub(super) fn prepare(body: &BodyBelow) -> Self {
+    pub(in crate::cut) fn prepare(body: &BodyBelow) -> Self {
         let points = body.mesh.points().iter().zip(body.covered.iter());
         let covered: Vec<Point> = points.filter(|(_, covered)| **covered).map(|(p, _)| *p).collect();
         let (surface, is_covered) = (SurfaceIndex::prepare(body.mesh), body.covered.clone());
@@ -37,19 +37,19 @@ impl BodyIndex {
     }
 
     /// Whether it is that of this body.
-    pub(super) fn is_of(&self, body: &BodyBelow) -> bool {
+    pub(in crate::cut) fn is_of(&self, body: &BodyBelow) -> bool {
         let Self { surface, is_covered, goes_between_legs, .. } = self;
         is_covered == body.covered && *goes_between_legs == body.goes_between_legs && surface.mesh() == body.mesh
     }
 
     /// The body's surface.
-    pub(super) fn surface(&self) -> &SurfaceIndex {
+    pub(in crate::cut) fn surface(&self) -> &SurfaceIndex {
         &self.surface
     }
 
     /// Whether a strap may lead across a hole there: over a shoulder, or between the legs if the garment goes there, but not under a
     /// foot, at which trousers end on both sides.
-    pub(super) fn may_have_strap(&self, p: &Point) -> bool {
+    pub(in crate::cut) fn may_have_strap(&self, p: &Point) -> bool {
         /// Height above the lowest point of the body, in metres.
         const ABOVE_FEET: f64 = 0.12;
         /// Least height of the unit normal at the top of a shoulder.
@@ -59,7 +59,7 @@ impl BodyIndex {
     }
 
     /// Whether the template may cover the body there.
-    pub(super) fn may_be_covered(&self, p: &Point) -> bool {
+    pub(in crate::cut) fn may_be_covered(&self, p: &Point) -> bool {
         self.covered.nearest(&self.surface.closest(p).point).is_some_and(|(_, distance)| distance < TEMPLATE_ERROR)
     }
 }
@@ -68,7 +68,7 @@ impl BodyIndex {
 /// not continue below the hole.
 ///
 /// **Shapes** `inner`: the fair points of the patch that are not on the ring, which has `patch.points.len() - inner.len()`.
-pub(super) fn laid_along_body(patch: &Patch, inner: &[Point], body: &BodyIndex) -> Option<Vec<Point>> {
+pub(in crate::cut) fn laid_along_body(patch: &Patch, inner: &[Point], body: &BodyIndex) -> Option<Vec<Point>> {
     let body = &body.surface;
     let ring = &patch.points[..patch.points.len() - inner.len()];
     let offsets: Vec<f64> = ring.iter().map(|p| body.signed_distance(p)).collect();

@@ -4,14 +4,14 @@ use crate::geometry::{Point, least_area_faces};
 use std::collections::BTreeMap;
 
 /// Greatest number of points of a filled ring: the time grows with its cube (250: some 10 ms).
-pub(super) const GREATEST_RING: usize = 250;
+pub(in crate::cut) const GREATEST_RING: usize = 250;
 /// Rounds of splitting and flipping; each shortens edges by at most √3, so six cover a factor of 20.
 const ROUNDS: usize = 6;
 
 /// Faces over ring points (the first `ring` ids) and new points (the ids after them).
-pub(super) struct Patch {
-    pub(super) points: Vec<Point>,
-    pub(super) faces: Vec<[usize; 3]>,
+pub(in crate::cut) struct Patch {
+    pub(in crate::cut) points: Vec<Point>,
+    pub(in crate::cut) faces: Vec<[usize; 3]>,
 }
 
 impl Patch {
@@ -21,7 +21,7 @@ impl Patch {
     /// `None` if the ring has more than `greatest` points, or cannot be triangulated without such an edge.
     ///
     /// **Source** Liepa 2003, with least area as the only criterion.
-    pub(super) fn over(ring: &[Point], greatest: usize, taken: impl Fn(usize, usize) -> bool) -> Option<Self> {
+    pub(in crate::cut) fn over(ring: &[Point], greatest: usize, taken: impl Fn(usize, usize) -> bool) -> Option<Self> {
         if !(3..=greatest).contains(&ring.len()) {
             return None;
         }

@@ -11,7 +11,7 @@ const LEAST_PIECE: f64 = 0.01;
 /// another. The template may end before it.
 ///
 /// **Shapes** one entry per point of `inner`; `is_cloth`: one per point of `rim`, the border in its order.
-pub(super) fn across(inner: &[Point], rim: &[Point], is_cloth: &[bool], body: &BodyIndex) -> Vec<bool> {
+pub(in crate::cut) fn across(inner: &[Point], rim: &[Point], is_cloth: &[bool], body: &BodyIndex) -> Vec<bool> {
     let pieces = pieces_of(rim, is_cloth);
     if pieces.len() < 2 {
         return vec![false; inner.len()];

@@ -1,26 +1,26 @@
 //! Classifies boundary loops: hem, hole of the scan, or hole erased by the user.
 
-use super::across_cut::AcrossCut;
 use super::hem::Faired;
-use super::params::CutParams;
-use super::ring_area::area_within;
+use crate::cut::across_cut::AcrossCut;
+use crate::cut::holes::ring_area::area_within;
+use crate::cut::params::CutParams;
 use crate::geometry::{Point, TriMesh, VertexId};
 use std::ops::RangeInclusive;
 
 /// A boundary loop. Length in metres, area in m².
-pub(super) struct BoundaryLoop {
-    pub(super) ring: Vec<VertexId>,
-    pub(super) length: f64,
-    pub(super) area: f64,
+pub(in crate::cut) struct BoundaryLoop {
+    pub(in crate::cut) ring: Vec<VertexId>,
+    pub(in crate::cut) length: f64,
+    pub(in crate::cut) area: f64,
     /// Share of its vertices on the cut; the others were on a boundary of the scan.
-    pub(super) cut_share: f64,
+    pub(in crate::cut) cut_share: f64,
     /// Whether the user erased the surface within.
-    pub(super) erased: bool,
+    pub(in crate::cut) erased: bool,
 }
 
 impl BoundaryLoop {
     /// Measures one loop.
-    pub(super) fn of(mesh: &TriMesh, on_cut: &[bool], ring: Vec<VertexId>) -> Self {
+    pub(in crate::cut) fn of(mesh: &TriMesh, on_cut: &[bool], ring: Vec<VertexId>) -> Self {
         let points: Vec<Point> = ring.iter().map(|&v| mesh.points()[v]).collect();
         let next = |i: usize| points[(i + 1) % points.len()];
         let length = (0..points.len()).map(|i| (next(i) - points[i]).norm()).sum();
@@ -35,16 +35,16 @@ impl BoundaryLoop {
     }
 
     /// Whether it was a boundary of the scan. A tenth: two loops may share a vertex or two.
-    pub(super) fn is_hole_of_scan(&self) -> bool {
+    pub(in crate::cut) fn is_hole_of_scan(&self) -> bool {
         self.cut_share < 0.1
     }
 }
 
 /// All boundary loops of a garment, longest first.
-pub(super) struct BoundaryLoops(pub(super) Vec<BoundaryLoop>);
+pub(in crate::cut) struct BoundaryLoops(pub(in crate::cut) Vec<BoundaryLoop>);
 
 impl BoundaryLoops {
-    pub(super) fn of(garment: &Faired, across: &AcrossCut) -> Self {
+    pub(in crate::cut) fn of(garment: &Faired, across: &AcrossCut) -> Self {
         let mut loops: Vec<BoundaryLoop> = garment
             .adjacency
             .boundary_loops()
@@ -61,7 +61,7 @@ impl BoundaryLoops {
     }
 
     /// The hems, longest first. Reports holes and an unexpected number of hems.
-    pub(super) fn classified(
+    pub(in crate::cut) fn classified(
         self,
         expected: &RangeInclusive<usize>,
         params: &CutParams,
