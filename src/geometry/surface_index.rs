@@ -73,8 +73,9 @@ impl SurfaceIndex {
         &self.mesh
     }
 
-    /// The closest point of the surface. A mesh without faces (or a query that is not a number) has none: the result then
-    /// has an infinite `distance` and face 0, which must not be used.
+    /// The closest point of the surface; of two whose distances agree to one part in 10⁷, either. A mesh without faces
+    /// (or a query that is not a number) has none: the result then has an infinite `distance` and face 0, which must
+    /// not be used.
     pub fn closest(&self, p: &Point) -> SurfacePoint {
         self.closest_within(p, f64::INFINITY).unwrap_or(SurfacePoint {
             face: FaceId(0),
