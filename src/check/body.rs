@@ -49,6 +49,9 @@ pub struct BodyPlausibility {
     /// The area in m² of the largest part of the body that the scan does not show, and the part of the body where it is. Feet do
     /// not count: their soles are on the floor.
     pub largest_unseen: Option<(f64, String)>,
+    /// The area in m² of the scanned head that is not of the hands' colour: hair, a beard, a hat. Zero without colours, and
+    /// where hardly anything of the head is of that colour, as with gloves.
+    pub on_head: f64,
 }
 
 /// Measures how plausible the body's step is.
@@ -83,19 +86,19 @@ pub fn check_body(result: &BodyResult) -> Result<BodyPlausibility, CheckError> {
     let is_foot = |v| feet.iter().any(|&foot| skeleton.is_part_of(dominant_joint(weights, v), foot));
     let is_excused = |v| is_foot(v) || hidden.is_some_and(|hidden| hidden[v]);
     let largest_unseen = largest_unseen_part(fitted, &SurfaceIndex::prepare(&scan.mesh), is_excused);
+    let of_joint = on_scan.iter().map(|&(_, _, area, joint)| (joint, area));
+    let unlike_hands = scan.colors.as_ref().and_then(|colors| unlike_hands(skeleton, colors, of_joint));
     let bends: Vec<(f64, f64)> = on_scan.iter().map(|s| (s.1, s.2)).collect();
     Ok(BodyPlausibility {
         tilt: trunk.map(|trunk| trunk.angle(&nalgebra::Vector3::y())),
         posture: Posture::of(skeleton, pose),
-        unlike_hands_share: scan.colors.as_ref().and_then(|colors| {
-            let of_joint = on_scan.iter().map(|&(_, _, area, joint)| (joint, area));
-            unlike_hands(skeleton, colors, of_joint)
-        }),
+        unlike_hands_share: unlike_hands.as_ref().map(|unlike| unlike.share),
         bent_p90: weighted_quantile(bends.clone(), 0.9),
         bent_median: weighted_quantile(bends, 0.5),
         fitted_p95: weighted_quantile(on_scan.iter().map(|s| (s.0, s.2)).collect(), 0.95),
         deviation: shape.0.iter().fold(0.0_f64, |most, beta| most.max(beta.abs())),
         largest_unseen: largest_unseen.map(|(area, v)| (area, skeleton.part_name(dominant_joint(weights, v)))),
+        on_head: unlike_hands.map_or(0.0, |unlike| unlike.on_head),
     })
 }
 
@@ -109,14 +112,25 @@ const NOT_SKIN_FROM: f64 = 2.5;
 /// Vertices of the hands that give their colour.
 const LEAST_OF_HANDS: usize = 50;
 
-/// The share of trunk and limbs that is not of the hands' colour. Head and feet do not count: hair and shoes.
+/// Share of the head of another colour from which that says nothing of the head: the hands are not bare.
+const HANDS_ARE_COVERED_FROM: f64 = 0.9;
+
+/// What is not of the hands' colour.
+struct UnlikeHands {
+    /// The share of trunk and limbs, without head and feet because of hair and shoes.
+    share: f64,
+    /// The area of the head in m².
+    on_head: f64,
+}
+
+/// What is not of the hands' colour; `None` if the hands are not seen.
 ///
 /// **Shapes** `joints`: the joint and the area of each vertex of the scan.
 fn unlike_hands(
     skeleton: &Skeleton,
     colors: &PerVertex<[u8; 3]>,
     joints: impl Iterator<Item = (JointId, f64)> + Clone,
-) -> Option<f64> {
+) -> Option<UnlikeHands> {
     let below = |joint, roots: &[HumanJoint]| roots.iter().any(|&root| skeleton.is_part_of(joint, root));
     let is_hand = |joint| below(joint, &Side::BOTH.map(HumanJoint::Hand));
     let feet = Side::BOTH.map(HumanJoint::Foot);
@@ -127,7 +141,13 @@ fn unlike_hands(
     }
     let median = |axis: usize| weighted_quantile(hands.iter().map(|lab| (lab[axis], 1.0)).collect(), 0.5);
     let skin: Lab = [median(0)?, median(1)?, median(2)?];
-    let others =
-        labs().filter(|(joint, ..)| !is_hand(*joint) && !below(*joint, &feet) && !below(*joint, &[HumanJoint::Head]));
-    Some(weighted_share(others.map(|(_, area, lab)| (area, color_difference(&lab, &skin) > NOT_SKIN_FROM))))
+    let is_other = |lab: &Lab| color_difference(lab, &skin) > NOT_SKIN_FROM;
+    let is_head = |joint| below(joint, &[HumanJoint::Head]);
+    let others = labs().filter(|(joint, ..)| !is_hand(*joint) && !below(*joint, &feet) && !is_head(*joint));
+    let head = labs().filter(|of| is_head(of.0)).map(|(_, area, lab)| (area, is_other(&lab)));
+    let hands_are_bare = weighted_share(head.clone()) < HANDS_ARE_COVERED_FROM;
+    Some(UnlikeHands {
+        share: weighted_share(others.map(|(_, area, lab)| (area, is_other(&lab)))),
+        on_head: if hands_are_bare { head.filter(|of| of.1).map(|of| of.0).sum() } else { 0.0 },
+    })
 }

@@ -32,4 +32,4 @@ pub use posture::Posture;
 pub use size::SizeVerdict;
 pub use tried_on::{TriedOn, doubts_of_laying_on, doubts_of_putting_on};
 pub use unlisted::{Unlisted, find_unlisted};
-pub use verdict::{HAIR_AREA, StageFindings, StepVerdict, Verdict, on_the_figure_before, verdict_on};
+pub use verdict::{HAIR_AREA, ON_HEAD_AREA, StageFindings, StepVerdict, Verdict, on_the_figure_before, verdict_on};

@@ -207,6 +207,7 @@ fn a_body_that_leans_is_doubted_with_its_up_axis() {
         fitted_p95: Some(0.005),
         deviation: 1.0,
         largest_unseen: None,
+        on_head: 0.0,
     };
     assert!(body(4.0).doubts().is_empty());
     let doubts = body(92.0).doubts();
@@ -247,6 +248,7 @@ fn somebody_who_bends_forward_is_not_told_to_change_the_up_axis() {
         fitted_p95: None,
         deviation: 1.0,
         largest_unseen: None,
+        on_head: 0.0,
     };
     let doubts = bent.doubts();
     assert!(doubts.len() == 1 && doubts[0].what.contains("sit or to bend forward"), "{doubts:?}");

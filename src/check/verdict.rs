@@ -8,6 +8,11 @@ use std::fmt;
 
 /// The measure of the body's fit that says that the scan shows hair which is no part of the body: its area.
 pub const HAIR_AREA: &str = "hair_cm2";
+/// The measure of the body's check that says how much of the scanned head is not of the skin's colour.
+pub const ON_HEAD_AREA: &str = "on_head_cm2";
+/// Area in cm² from which that is noted: hairless heads have up to 18, a jacket's collar at the chin 65 (man), hair, a beard or a hat
+/// from 400 (outfits a to d, seeds 911 and 912).
+const ON_HEAD_FROM: f64 = 80.0;
 
 /// Whether the result of a step can be used as it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -99,7 +104,16 @@ pub fn verdict_on(
     let warnings: Vec<String> = in_conflict.into_iter().chain(doubts).collect();
     let hair = found.iter().filter_map(|of| of.measures.get(HAIR_AREA)).find(|area| **area > 0.0);
     let notes = hair.map(|area| format!("hair: {area:.0} cm², not part of the body; head from the model there"));
-    let estimated = found.iter().find(|of| of.measures.contains_key("estimated_chest_cm")).map(|of| {
+    let of_estimate = found.iter().find(|of| of.measures.contains_key("estimated_chest_cm"));
+    let on_head = found.iter().filter_map(|of| of.measures.get(ON_HEAD_AREA)).find(|area| **area >= ON_HEAD_FROM);
+    let on_head = on_head.map(|area| {
+        let then = match of_estimate {
+            Some(_) => "not part of the body; head from the model there",
+            None => "part of the body; `scan body FILE --hair layer` makes hair a layer, `--hair drop` leaves it out",
+        };
+        format!("{area:.0} cm² on the head are not of the hands' colour (hair, a beard, a hat): {then}")
+    });
+    let estimated = of_estimate.map(|of| {
         let value = |name: &str| of.measures.get(name).copied().unwrap_or(f64::NAN);
         let part = |name: &str| {
             let half = value(&format!("estimated_{name}_half_interval_cm"));
@@ -114,7 +128,7 @@ pub fn verdict_on(
         step: step.into(),
         verdict,
         warnings,
-        notes: notes.into_iter().chain(estimated).chain(no_hair).collect(),
+        notes: notes.into_iter().chain(on_head).chain(estimated).chain(no_hair).collect(),
     }
 }
 
@@ -216,6 +230,20 @@ mod tests {
         assert!(found.verdict.is_good());
         assert_eq!(found.notes, ["hair: 412 cm², not part of the body; head from the model there"]);
         assert!(verdict("tshirt", &[("fit", &[], &[])]).notes.is_empty());
+    }
+
+    #[test]
+    fn what_is_on_the_head_is_noted_and_said_to_be_part_of_the_body_or_not() {
+        let of = |area: f64, fit: &[(&str, f64)]| {
+            verdict("tshirt", &[("fit", fit, &[]), ("check", &[("on_head_cm2", area)], &[])])
+        };
+        assert!(of(60.0, &[]).notes.is_empty());
+        let (bare, estimated) = (of(412.4, &[]), of(412.4, &[("estimated_chest_cm", 98.0)]));
+        assert!(bare.verdict.is_good() && bare.notes.len() == 1, "{:?}", bare.notes);
+        assert!(bare.notes[0].contains("412 cm² on the head") && bare.notes[0].contains("--hair drop"));
+        assert!(
+            estimated.notes[0].contains("412 cm² on the head") && estimated.notes[0].contains("not part of the body")
+        );
     }
 
     #[test]

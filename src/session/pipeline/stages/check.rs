@@ -6,8 +6,8 @@ use super::marks::MasksOfScan;
 use super::posed::surfaces_inside;
 use crate::body::{Figure, HumanJoint, Side};
 use crate::check::{
-    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, Posture, TriedOn, Unlisted, check_body,
-    check_garment, find_unlisted, is_lookalike, lookalike_doubt,
+    BodyPlausibility, BodyResult, Doubt, GarmentPlausibility, GarmentResult, ON_HEAD_AREA, Posture, TriedOn, Unlisted,
+    check_body, check_garment, find_unlisted, is_lookalike, lookalike_doubt,
 };
 use crate::cut::Garment;
 use crate::fit::{FittedBody, PoseInside, RegisteredBody};
@@ -22,7 +22,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 7);
+pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 8);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct BodyInputs {
@@ -102,6 +102,7 @@ pub(in crate::session::pipeline) fn body(
         .measured("knee_bend_deg", deg(found.posture.knee_bend))
         .measured("unlike_hands_percent", found.unlike_hands_share.map_or(f64::NAN, |s| 1e2 * s))
         .measured("largest_unseen_cm2", found.largest_unseen.as_ref().map_or(0.0, |(area, _)| 1e4 * area))
+        .measured(ON_HEAD_AREA, 1e4 * found.on_head)
         .measured("bent_median_deg", deg(found.bent_median))
         .measured("bent_p90_deg", deg(found.bent_p90))
         .measured("fitted_p95_mm", mm(found.fitted_p95))
