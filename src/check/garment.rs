@@ -1,6 +1,7 @@
 //! Whether what was cut out is a garment, and whether the rest of the scan is the figure dressed so far.
 
 use super::cut_off::cut_off_hems;
+use super::edge::unseen_edge_share;
 use super::error::CheckError;
 use super::holes::largest_hole;
 use super::layers::{IndexedLayer, difference};
@@ -73,6 +74,8 @@ pub struct GarmentPlausibility {
     pub hole_is_by_hand: bool,
     /// The most ragged hem; `None` if all are short.
     pub most_ragged_hem: Option<RaggedHem>,
+    /// Share of the edge at which it has the colour and the height of what is beside it; `None` without colours or edge.
+    pub unseen_edge_share: Option<f64>,
     /// Heights above the lowest point of the scan of the hems at which not the cloth but the scan ends, in metres.
     pub cut_off_hems: Vec<f64>,
 }
@@ -182,6 +185,7 @@ pub fn check_garment(result: &GarmentResult) -> Result<GarmentPlausibility, Chec
         hole_is_by_hand: hole.as_ref().is_some_and(|(_, rim)| rim.iter().any(is_erased)),
         largest_hole: hole.map_or(0.0, |(area, _)| area),
         most_ragged_hem: most_ragged_hem(&cut.mesh, &cut.hem_loops, floor),
+        unseen_edge_share: unseen_edge_share(scan, labels, by_hand, |v| places[v.index()].distance),
         cut_off_hems: cut_off_hems(mesh, &cut.mesh, &cut.hem_loops, floor),
     })
 }

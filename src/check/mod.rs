@@ -7,6 +7,7 @@
 mod body;
 mod cut_off;
 mod doubts;
+mod edge;
 mod error;
 mod garment;
 mod holes;

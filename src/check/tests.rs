@@ -197,6 +197,20 @@ fn an_earlier_garment_that_is_gone_is_named() {
 }
 
 #[test]
+fn an_edge_that_is_mostly_unseen_is_doubted() {
+    let (scan, labels) = dressed(0.01, BLUE);
+    let garment = half(&scan, &labels);
+    let (body, skin) = (ball(), PerVertex::filled(SKIN, ball().vertex_count()));
+    let mut found = checked(&scan, &garment, &labels, &[Inner { mesh: &body, colors: Some(&skin) }]).unwrap();
+    assert_eq!(found.unseen_edge_share, Some(0.0));
+    let before = found.doubts("scarf", &[]).len();
+    found.unseen_edge_share = Some(0.39);
+    let doubts = found.doubts("scarf", &[]);
+    assert_eq!(doubts.len(), before + 1);
+    assert!(doubts[before].what.contains("39 % of the edge of the scarf cannot be seen"), "{doubts:?}");
+}
+
+#[test]
 fn a_body_that_leans_is_doubted_with_its_up_axis() {
     let body = |tilt_deg: f64| BodyPlausibility {
         tilt: Some(tilt_deg.to_radians()),

@@ -22,7 +22,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 8);
+pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 9);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct BodyInputs {
@@ -176,6 +176,7 @@ pub(in crate::session::pipeline) fn garment(
         .measured("rest_recolored_percent", 1e2 * or_nan(found.rest_recolored_share))
         .measured("unexplained_percent", 1e2 * found.unexplained.0)
         .measured("skin_median_mm", mm(found.skin_median))
+        .measured("unseen_edge_percent", 1e2 * or_nan(found.unseen_edge_share))
         .measured("largest_hole_cm2", 1e4 * found.largest_hole)
         .measured("cut_off_hems", found.cut_off_hems.len() as f64)
         .measured("ragged_hem_ratio", found.most_ragged_hem.map_or(f64::NAN, |hem| hem.length_per_smooth_length));
