@@ -76,8 +76,9 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
     let at = |share: f64| times[(times.len() as f64 * share) as usize];
     let crossing = report.crossing_pairs.map_or("not counted".into(), |pairs| pairs.to_string());
     let rest = creep(&cloth, &track);
+    let (part, frame) = gives_way_most(figure, &cloth, &track);
     println!(
-        "| {name} | {clip}, {moving} | {} | {:.0}; {:.0}; {:.0} | {crossing} | {:.1} mm; {:.2} % | {} | {:.0}; {:.0} | {:.0} mm |",
+        "| {name} | {clip}, {moving} | {} | {:.0}; {:.0}; {:.0} | {crossing} | {:.1} mm, {part} in frame {frame}; {:.2} % | {} | {:.0}; {:.0} | {:.0} mm |",
         cloth.vertices[1..].iter().sum::<u32>(),
         at(0.5),
         at(0.95),
@@ -89,6 +90,22 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
         rest[rest.len() - 1],
         report.hem_swing * 1e3
     );
+}
+
+/// The part of the body that gives way most, and the frame in which it does.
+fn gives_way_most(figure: &Figure, cloth: &ClothTrack, track: &PoseTrack) -> (String, usize) {
+    let mut most = (0.0, String::new(), 0);
+    for (frame, pose) in track.poses.iter().enumerate() {
+        let (skin, yielded) = (figure.posed(pose).swap_remove(0), cloth.layer(0, frame));
+        for v in skin.vertex_ids() {
+            let way = (skin.points()[v] - yielded[v]).norm();
+            if way > most.0 {
+                let joint = figure.body().weights.rows()[v][0].0;
+                most = (way, figure.skeleton.part_name(joint), frame);
+            }
+        }
+    }
+    (most.1, most.2)
 }
 
 /// How far each vertex of cloth moves per frame on average in the last second, µm, in ascending order.

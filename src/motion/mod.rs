@@ -27,7 +27,7 @@ mod structure;
 mod tests;
 mod track;
 
-pub use built_in::{BUILT_IN_CLIPS, built_in_clip};
+pub use built_in::{BUILT_IN_CLIPS, built_in_clip, clips_of_prior};
 pub use clip::Clip;
 pub use error::MotionError;
 pub use follow::{MotionReport, follow};

@@ -3,7 +3,7 @@
 use super::anchor::Rig;
 use crate::body::{Figure, HumanJoint, JointId, Pose, Side, Stance};
 use crate::geometry::Vec3;
-use crate::motion::{BUILT_IN_CLIPS, MotionParams, built_in_clip, follow};
+use crate::motion::{MotionParams, clips_of_prior, follow};
 use crate::numerics::Rng;
 use nalgebra::{Matrix3, UnitQuaternion};
 
@@ -64,8 +64,7 @@ fn samples(rig: &Rig<'_>) -> Vec<Pose> {
     let model = rig.model;
     let figure = Figure::mean(model);
     let mut poses = Vec::new();
-    for name in BUILT_IN_CLIPS {
-        let clip = built_in_clip(name).expect("a name of the list is that of a clip");
+    for clip in clips_of_prior() {
         // A rig that a clip cannot be carried to has the stances alone.
         if let Ok((track, _)) = follow(&clip, &figure, None, None, &MotionParams::default()) {
             poses.extend(track.poses.into_iter().skip(track.lead).step_by(FRAME_STEP));

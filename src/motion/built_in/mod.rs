@@ -19,12 +19,21 @@ pub fn built_in_clip(name: &str) -> Option<Clip> {
     Some(Clip::new(name, built_in_motion(name)?))
 }
 
+/// The built-in clips for a prior of poses: the squat is as deep as people squat.
+pub fn clips_of_prior() -> Vec<Clip> {
+    let deep = |name: &str| match name {
+        "squat" => Some(Clip::new(name, puppet::motion(name, &squat::poses(&squat::DEEP)))),
+        _ => built_in_clip(name),
+    };
+    BUILT_IN_CLIPS.into_iter().filter_map(deep).collect()
+}
+
 /// The motion of the built-in clip of that name, as arrays; `None` if there is none.
 pub(super) fn built_in_motion(name: &str) -> Option<RawMotion> {
     let poses = match name {
         "walk" => walk::poses(),
         "turn" => turn::poses(),
-        "squat" => squat::poses(),
+        "squat" => squat::poses(&squat::HALF),
         "idle" => idle::poses(),
         _ => return None,
     };
