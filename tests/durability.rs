@@ -167,6 +167,20 @@ fn a_session_killed_at_random_moments_ends_with_the_bytes_of_one_never_killed() 
 }
 
 #[test]
+fn what_killed_writers_left_is_swept_away_in_every_folder() {
+    let dir = tempfile::tempdir().unwrap();
+    let session = dir.path().join("session");
+    assert!(command(dir.path(), &session, "new").status().unwrap().success());
+    let left = ["", "artefacts", "derived", "templates"].map(|folder| session.join(folder).join(".unfinished-x"));
+    for file in &left {
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, "half").unwrap();
+    }
+    overcoat_ok(&session, &["branch", "other"]);
+    assert!(left.iter().all(|file| !file.exists()), "{:?}", fingerprint(&session).keys());
+}
+
+#[test]
 #[ignore = "takes minutes: `just kills`"]
 fn a_thousand_kills() {
     kill(1000, 0xc0a7);

@@ -3,7 +3,7 @@
 use crate::session::error::SessionError;
 use crate::session::open::{Input, Session, Snapshot, state_path};
 use crate::session::pipeline::{self, Event, Repaired, Walk};
-use crate::session::recipe::{AnimationRecipe, PaintedKind, SourceFile};
+use crate::session::recipe::{AnimationRecipe, PaintedKind, SourceFile, TEMPLATES};
 use crate::session::results::not_built_is_fine;
 use crate::session::store::{
     Change, ContentHash, Health, History, Lock, MANIFEST, Manifest, Store, journal, sweep, write_whole,
@@ -67,6 +67,7 @@ pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Resul
         check.store.create()?;
         check.store.sweep();
         sweep(dir);
+        sweep(&dir.join(TEMPLATES));
     }
     check.snapshots(&changes)?;
     check.state_file(changes.last())?;

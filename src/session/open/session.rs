@@ -2,7 +2,7 @@
 
 use super::templates::{self, EditedTemplate};
 use crate::session::error::SessionError;
-use crate::session::recipe::{Recipe, from_here};
+use crate::session::recipe::{Recipe, TEMPLATES, from_here};
 use crate::session::store::{
     BrokenLine, Change, ContentHash, Failures, History, Lock, Move, State, Store, Timings, UNFINISHED, check_folder,
     journal, place_whole, read_file, sweep, sync_folder, write_whole,
@@ -304,6 +304,7 @@ impl Writer {
         session.store.create()?;
         session.store.sweep();
         sweep(dir);
+        sweep(&dir.join(TEMPLATES));
         let mut writer = Self { session, _lock: lock };
         writer.complete_last_change()?;
         writer.record_edited_templates()?;

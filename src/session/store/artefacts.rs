@@ -71,6 +71,7 @@ impl Store {
 
     pub(in crate::session) fn sweep(&self) {
         sweep(&self.folder);
+        sweep(&self.folder.with_file_name(Derived::FOLDER));
     }
 
     /// Stores bytes. They become durable when the store is settled; every change of the session does this before it
