@@ -65,6 +65,7 @@ const KICK_OUT: [(f64, f64); 4] = [(4.1, 17.0), (4.6, 3.0), (5.6, 3.0), (6.1, 17
 const OUTWARD: f64 = 15.0;
 /// Half of the distance between the feet, in metres.
 const HALF_BASE: f64 = HALF_HIPS + 0.06;
+
 pub(super) fn poses(reach: &Reach) -> Vec<Pose> {
     (0..FRAMES).map(|frame| pose(reach, frame as f64 / FPS)).collect()
 }
