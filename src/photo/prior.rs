@@ -9,8 +9,8 @@ use nalgebra::{Matrix3, UnitQuaternion};
 
 /// The Gaussian of each turning joint's rotation vector, in its anatomical axes.
 ///
-/// **Source** in place of the mixture of Bogo 2016, whose data are not free: moments of the poses of our own clips, with a deep squat, and stances,
-/// each also mirrored, and of random poses within the joint limits.
+/// **Source** in place of the mixture of Bogo 2016, whose data are not free: moments of the poses of our own clips, with a deep
+/// squat, and stances, each also mirrored, and of random poses within the joint limits.
 ///
 /// **Shapes** one entry per turning joint but the root; mean, and `W` with `Wᵀ W` the inverse covariance.
 pub(super) struct PosePrior {

@@ -1,12 +1,12 @@
 //! Fsck: checks every artefact that a session names, and rebuilds what is damaged or missing from the recipe.
 
 use crate::session::error::SessionError;
-use crate::session::open::{Input, Session, Snapshot, state_path};
+use crate::session::open::{Input, Session, Snapshot, state_path, sweep_session};
 use crate::session::pipeline::{self, Event, Repaired, Walk};
-use crate::session::recipe::{AnimationRecipe, PaintedKind, SourceFile, TEMPLATES};
+use crate::session::recipe::{AnimationRecipe, PaintedKind, SourceFile};
 use crate::session::results::not_built_is_fine;
 use crate::session::store::{
-    Change, ContentHash, Health, History, Lock, MANIFEST, Manifest, Store, journal, sweep, write_whole,
+    Change, ContentHash, Health, History, Lock, MANIFEST, Manifest, Store, journal, write_whole,
 };
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -65,9 +65,7 @@ pub fn fsck(dir: &Path, repair: bool, on_event: &mut dyn FnMut(&Event)) -> Resul
     let mut check = Check { dir, store: Store::in_session(dir), repair, seen: BTreeMap::new(), report };
     if repair {
         check.store.create()?;
-        check.store.sweep();
-        sweep(dir);
-        sweep(&dir.join(TEMPLATES));
+        sweep_session(dir, &check.store);
     }
     check.snapshots(&changes)?;
     check.state_file(changes.last())?;

@@ -17,5 +17,5 @@ pub use draft::Draft;
 pub(in crate::session) use input::{Input, ScanInput};
 pub use new::{NewSession, create};
 pub use session::{Session, Writer};
-pub(in crate::session) use session::{Snapshot, is_session, recipe_path, state_path};
+pub(in crate::session) use session::{Snapshot, is_session, recipe_path, state_path, sweep_session};
 pub use source::{read as read_input, read_mesh_file};

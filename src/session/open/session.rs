@@ -302,9 +302,7 @@ impl Writer {
         let session = Session::open(dir)?;
         // A recipe alone is enough.
         session.store.create()?;
-        session.store.sweep();
-        sweep(dir);
-        sweep(&dir.join(TEMPLATES));
+        sweep_session(dir, &session.store);
         let mut writer = Self { session, _lock: lock };
         writer.complete_last_change()?;
         writer.record_edited_templates()?;
@@ -422,4 +420,11 @@ impl Writer {
         }
         Ok(())
     }
+}
+
+/// Deletes what killed writers left in the folders of the session in `dir`.
+pub(in crate::session) fn sweep_session(dir: &Path, store: &Store) {
+    store.sweep();
+    sweep(dir);
+    sweep(&dir.join(TEMPLATES));
 }
