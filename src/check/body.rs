@@ -49,7 +49,7 @@ pub struct BodyPlausibility {
     /// The area in m² of the largest part of the body that the scan does not show, and the part of the body where it is. Feet do
     /// not count: their soles are on the floor.
     pub largest_unseen: Option<(f64, String)>,
-    /// The area in m² of the scanned head that is not of the hands' colour: hair, a beard, a hat. Zero without colours, and
+    /// The area in m² of the scanned head that is in another colour than the hands: hair, a beard, a hat. Zero without colours, and
     /// where hardly anything of the head is of that colour, as with gloves.
     pub on_head: f64,
 }
@@ -115,7 +115,7 @@ const LEAST_OF_HANDS: usize = 50;
 /// Share of the head of another colour from which that says nothing of the head: the hands are not bare.
 const HANDS_ARE_COVERED_FROM: f64 = 0.9;
 
-/// What is not of the hands' colour.
+/// What is in another colour than the hands.
 struct UnlikeHands {
     /// The share of trunk and limbs, without head and feet because of hair and shoes.
     share: f64,
@@ -123,7 +123,7 @@ struct UnlikeHands {
     on_head: f64,
 }
 
-/// What is not of the hands' colour; `None` if the hands are not seen.
+/// What is in another colour than the hands; `None` if the hands are not seen.
 ///
 /// **Shapes** `joints`: the joint and the area of each vertex of the scan.
 fn unlike_hands(

@@ -14,7 +14,8 @@ const SAME_COLOR: f64 = 1.0;
 const SAME_HEIGHT: f64 = 0.003;
 
 /// The share of a garment's edge in the scan at which it has the colour and the height of what is beside it, so that only its
-/// kind says where it ends; `None` without colours or edge. Edges by hand do not count.
+/// kind says where it ends; `None` without colours or edge. Edges by hand do not count, nor those beside specks and narrow strips at the
+/// border of the scan, which have less than half as much surface on their other side.
 ///
 /// **Shapes** `labels` and `by_hand`: one flag per vertex of the scan; `heights`: the distance of each from the figure without
 /// the garment, in metres.
@@ -37,6 +38,9 @@ pub(super) fn unseen_edge_share(
             return None;
         }
         let (inner, outer) = (band(scan, labels, &adjacency, v, vec![v]), band(scan, labels, &adjacency, v, outer));
+        if 2 * outer.len() <= inner.len() {
+            return None;
+        }
         let ((color, height), (color_beside, height_beside)) = (of_band(&inner), of_band(&outer));
         let has_same_color = color_difference(&color, &color_beside) < SAME_COLOR;
         Some(has_same_color && (height - height_beside).abs() < SAME_HEIGHT)
@@ -108,6 +112,16 @@ mod tests {
         assert_eq!(share([120, 60, 50], 0.0), Some(1.0));
         assert_eq!(share([60, 80, 160], 0.0), Some(0.0));
         assert_eq!(share([120, 60, 50], 0.006), Some(0.0));
+    }
+
+    #[test]
+    fn specks_and_strips_at_the_border_of_the_scan_are_no_edges() {
+        let (scan, labels, _) = strip([120, 60, 50], 0.0);
+        let none = PerVertex::filled(false, labels.len());
+        let ring: PerVertex<bool> = scan.mesh.points().iter().map(|p| p.y > 0.002).collect();
+        assert_eq!(unseen_edge_share(&scan, &ring, &none, |_| 0.0), None);
+        let speck: PerVertex<bool> = scan.mesh.vertex_ids().map(|v| v.index() != 700).collect();
+        assert_eq!(unseen_edge_share(&scan, &speck, &none, |_| 0.0), None);
     }
 
     #[test]

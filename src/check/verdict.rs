@@ -111,7 +111,7 @@ pub fn verdict_on(
             Some(_) => "not part of the body; head from the model there",
             None => "part of the body; `scan body FILE --hair layer` makes hair a layer, `--hair drop` leaves it out",
         };
-        format!("{area:.0} cm² on the head are not of the hands' colour (hair, a beard, a hat): {then}")
+        format!("hair, a beard or a hat: {area:.0} cm² in another colour than the hands, {then}")
     });
     let estimated = of_estimate.map(|of| {
         let value = |name: &str| of.measures.get(name).copied().unwrap_or(f64::NAN);
@@ -240,9 +240,10 @@ mod tests {
         assert!(of(60.0, &[]).notes.is_empty());
         let (bare, estimated) = (of(412.4, &[]), of(412.4, &[("estimated_chest_cm", 98.0)]));
         assert!(bare.verdict.is_good() && bare.notes.len() == 1, "{:?}", bare.notes);
-        assert!(bare.notes[0].contains("412 cm² on the head") && bare.notes[0].contains("--hair drop"));
+        assert!(bare.notes[0].contains("412 cm² in another colour") && bare.notes[0].contains("--hair drop"));
         assert!(
-            estimated.notes[0].contains("412 cm² on the head") && estimated.notes[0].contains("not part of the body")
+            estimated.notes[0].contains("412 cm² in another colour")
+                && estimated.notes[0].contains("not part of the body")
         );
     }
 

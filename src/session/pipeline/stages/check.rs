@@ -22,7 +22,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 9);
+pub(in crate::session::pipeline) const CHECK: Code = Code::new(Stage::Check, 10);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct BodyInputs {
