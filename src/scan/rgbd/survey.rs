@@ -6,6 +6,7 @@ use super::error::FusionError;
 use super::frame::Frames;
 use super::pieces::{PixelComponents, pixel_components};
 use super::planes::{Plane, large_planes};
+use super::view::JUMP;
 use crate::geometry::{Point, Vec3};
 use crate::numerics::quantile;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Unit, UnitQuaternion};
@@ -64,10 +65,12 @@ impl SceneSurvey {
     pub(super) fn of(frames: &Frames) -> Result<Self, FusionError> {
         let camera = frames.camera.clone();
         let seen = look(frames)?;
-        let planes = large_planes(&camera, &seen[0].depth);
+        let still = still(&seen);
+        let mut planes = large_planes(&camera, &seen[0].depth);
+        planes.retain(|plane| !is_of_the_person(plane, &camera, &seen[0].depth, &still));
         refuse_moved_camera(frames, &camera, &planes, &seen)?;
         let mut survey = Self {
-            still: still(&seen),
+            still,
             camera,
             planes,
             floor: None,
@@ -334,6 +337,23 @@ fn has_no_background(seen: &SurveyedFrame, body: &[Point]) -> bool {
     behind as f64 <= NO_BACKGROUND * body.len() as f64
 }
 
+/// Whether a plane is flat cloth: most of it moves, and something is beyond it. The front of a coat and the arms beside it can be
+/// as flat and as large as a wall; a wall that moves with the camera has nothing beyond.
+///
+/// **Shapes** `depth` and `still`: one entry per pixel.
+fn is_of_the_person(plane: &Plane, camera: &RgbdCamera, depth: &[f32], still: &[f32]) -> bool {
+    let (mut on, mut moving, mut beyond) = (0, 0, 0);
+    for (i, &z) in depth.iter().enumerate().filter(|(_, z)| **z > 0.0) {
+        let height = plane.height(&camera.point((i % camera.width) as f64, (i / camera.width) as f64, f64::from(z)));
+        if height.abs() < plane.band {
+            on += 1;
+            moving += usize::from(!is_still(still[i], z));
+        }
+        beyond += usize::from(height < -f64::from(JUMP));
+    }
+    2 * moving > on && 2 * beyond > on
+}
+
 /// Refuses a moving camera: a static one never sees deeper than the background measured before.
 fn refuse_moved_camera(
     frames: &Frames,
@@ -380,4 +400,38 @@ fn longest_direction(bodies: &[Vec<Point>], middles: &[Vec3]) -> Vec3 {
     }
     let eigen = spread.symmetric_eigen();
     eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor, a wall at 3.4 m, and at 2 m a board as large as a coat with wide sleeves, turned away from the camera.
+    fn room(camera: &RgbdCamera, turned: f64) -> SurveyedFrame {
+        let of_pixel = |i: usize| {
+            let ray = camera.point((i % camera.width) as f64, (i / camera.width) as f64, 1.0);
+            // On the board z = 2 + x tan(turned).
+            let z = 2.0 / (1.0 - ray.x * turned.tan());
+            let is_board = (z * ray.x / turned.cos()).abs() < 0.6 && (z * ray.y).abs() < 0.8;
+            let floor = if ray.y > 0.0 { 0.9 / ray.y } else { f64::INFINITY };
+            if is_board { z as f32 } else { floor.min(3.4) as f32 }
+        };
+        let pixels = camera.width * camera.height;
+        SurveyedFrame { frame: 0, depth: (0..pixels).map(of_pixel).collect() }
+    }
+
+    #[test]
+    fn flat_cloth_is_no_wall_and_a_wall_is_none_of_the_person_even_if_the_camera_moves() {
+        let camera =
+            RgbdCamera { width: 424, height: 512, fx: 366.0, fy: 366.0, cx: 211.5, cy: 255.5, distortion: [0.0; 5] };
+        let seen: Vec<SurveyedFrame> = (0..12).map(|k| room(&camera, 0.5 * f64::from(k))).collect();
+        let planes = large_planes(&camera, &seen[0].depth);
+        let of_the_person = |still: &[f32]| -> Vec<f64> {
+            let own = planes.iter().filter(|plane| is_of_the_person(plane, &camera, &seen[0].depth, still));
+            own.map(|plane| (plane.offset * 100.0).round()).collect()
+        };
+        assert_eq!(planes.len(), 3);
+        assert_eq!(of_the_person(&still(&seen)), [200.0]);
+        assert_eq!(of_the_person(&vec![0.0; seen[0].depth.len()]), [200.0], "nothing stands still");
+    }
 }
