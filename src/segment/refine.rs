@@ -8,7 +8,7 @@ use super::max_flow::min_cut;
 use super::placement::Placement;
 use super::proposal::{Proposal, Segmentation};
 use super::transfer::{Labels, transfer};
-use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, SurfacePoint, TriMesh};
+use crate::geometry::{Adjacency, FaceId, PerVertex, SurfaceIndex, SurfacePoint, TriMesh, geodesic_distances};
 use crate::parameters::{Allowed, Parameters, parameters};
 use crate::scan::Scan;
 use rayon::prelude::*;
@@ -58,6 +58,10 @@ parameters! {
 pub(super) const UNITS_PER_NAT: f64 = 1000.0;
 /// Depth inside the template from which a vertex is certainly the garment for the first colour model, in metres.
 pub(super) const SURE_DEPTH: f64 = 0.06;
+/// Evidence of colours against the garment from which a place shows the old surface, in nats.
+const SURELY_OLD: f64 = 4.0;
+/// Least area of such a place, in m²: a print is larger, what dirt, buttons and shadows show is not.
+const LEAST_OLD_AREA: f64 = 20e-4;
 /// A boundary is cheaper along creases; at this angle between faces, in radians, by the factor 1/e.
 const CREASE: f64 = 0.6;
 /// A boundary is cheaper where colours differ; at this many spreads by the factor 1/e.
@@ -103,6 +107,18 @@ pub fn propose(
     let mut unary: Vec<i64> = Vec::new();
     for _ in 0..params.rounds.max(1) {
         let colors = evidence.of_colors(&sure);
+        let own_depth = colors.as_ref().filter(|_| !placement.given).map(|colors| {
+            depth_beside_old_surface(
+                mesh,
+                &adjacency,
+                &areas,
+                &depth,
+                colors,
+                &evidence,
+                params.greatest_prior * per_nat,
+            )
+        });
+        let depth = own_depth.as_ref().unwrap_or(&depth);
         unary = mesh
             .vertex_ids()
             .map(|v| {
@@ -124,6 +140,39 @@ pub fn propose(
         labels = cut;
     }
     Ok(Proposal::new(mesh, &adjacency, unary, &edges, labels))
+}
+
+/// The template's depth; what has a colour of the old surfaces is no deeper than its distance from the nearest place that shows them where
+/// the template was sure of the garment. Between the stripes of the shirt below a bib in the colour of every second
+/// stripe, the template claimed that stripe. What has another colour keeps its depth: a strap between skin on both sides stays whole.
+///
+/// **Shapes** `areas`, `depth` and `colors` (evidence for the garment, in nats): one entry per vertex, as the result.
+fn depth_beside_old_surface(
+    mesh: &TriMesh,
+    adjacency: &Adjacency,
+    areas: &PerVertex<f64>,
+    depth: &PerVertex<f64>,
+    colors: &PerVertex<f64>,
+    evidence: &ScanEvidence,
+    reach: f64,
+) -> PerVertex<f64> {
+    let mut is_old: PerVertex<bool> = mesh.vertex_ids().map(|v| depth[v] > 0.0 && colors[v] < -SURELY_OLD).collect();
+    let mut sources = Vec::new();
+    for v in mesh.vertex_ids() {
+        let mut part = if std::mem::take(&mut is_old[v]) { vec![v] } else { continue };
+        let mut next = 0;
+        while let Some(&at) = part.get(next) {
+            part.extend(adjacency.neighbours_of(at).iter().filter(|&&w| std::mem::take(&mut is_old[w])));
+            next += 1;
+        }
+        let is_deep = part.iter().any(|&v| depth[v] > SURE_DEPTH);
+        if is_deep && part.iter().map(|&v| areas[v]).sum::<f64>() >= LEAST_OLD_AREA {
+            sources.extend(part.into_iter().map(|v| (v, 0.0)));
+        }
+    }
+    let distance = geodesic_distances(mesh, adjacency, &sources, reach);
+    let of_vertex = |(v, depth): (_, &f64)| if evidence.is_old_color(v) { depth.min(distance[v]) } else { *depth };
+    depth.enumerate().map(of_vertex).collect()
 }
 
 pub(super) fn check_inputs(
@@ -274,6 +323,35 @@ mod tests {
                 .install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels);
             assert_eq!(alone, labels);
         }
+    }
+
+    #[test]
+    fn where_stripes_of_the_shirt_below_are_seen_the_template_does_not_claim_those_in_the_colour_of_the_bib() {
+        let (mut scan, body, _, mut placement) = dressed(0.25);
+        // Overalls up to 25 cm nearly in the colour of every second stripe of a shirt, which begins at 20 cm; the template has them up to
+        // 45 cm, so that it is sure of the stripe from 30 to 35 cm.
+        let stripes = |p: &Point| if ((p.y / 0.05) as usize).is_multiple_of(2) { [172, 130, 106] } else { BLUE };
+        let worn = body.points().iter().map(|p| if p.y < 0.2 { [40, 110, 40] } else { stripes(p) }).collect();
+        scan.colors = Some(scan.mesh.points().iter().map(|p| if p.y < 0.25 { SKIN } else { stripes(p) }).collect());
+        placement.depth = body.points().iter().map(|p| 0.45 - p.y).collect();
+        placement.prior = placement.depth.iter().map(|&d| d > 0.0).collect();
+        let inner = [Inner { mesh: &body, colors: Some(&worn) }];
+        let none = Marks::none(scan.mesh.vertex_count());
+        let params = RefineParams { distance_per_nat_given: 0.035, ..RefineParams::default() };
+        let claimed = [false, true].map(|given| {
+            placement.given = given;
+            let labels = refine(&scan, &inner, &placement, &none, &params).unwrap().labels;
+            let share = |from: f64| {
+                let of_stripe = scan.mesh.points().enumerate().filter(|(_, p)| (from..from + 0.05).contains(&p.y));
+                let labels: Vec<bool> = of_stripe.map(|(v, _)| labels.0[v]).collect();
+                labels.iter().filter(|&&label| label).count() as f64 / labels.len() as f64
+            };
+            [0.2, 0.3].map(share)
+        });
+        // Limits by the user are believed.
+        assert_eq!(claimed[1], [1.0, 1.0]);
+        // Where stripes meet, the scan's colours are mixed.
+        assert!(claimed[0][0] == 1.0 && claimed[0][1] < 0.4, "{claimed:?}");
     }
 
     #[test]
