@@ -77,7 +77,8 @@ pub(in crate::cut) fn filled(
         };
         let is_along_body = along_body.is_some();
         let is_cloth: Vec<bool> = ring.iter().map(|&v| labels.0[v]).collect();
-        let of_strap = along_body.as_ref().map(|inner| straps::across(inner, &rim, &is_cloth, body));
+        let inner = along_body.as_ref().or(fair.as_ref().filter(|_| small).map(|fair| &fair.1));
+        let of_strap = inner.map(|inner| straps::across(inner, &rim, &is_cloth, body));
         let has_strap = of_strap.as_ref().is_some_and(|of_strap| of_strap.contains(&true));
         let is_filled = has_strap || (small || is_along_body) && ring.len() <= longest_without_strap;
         let Some(patch) = fair
@@ -284,10 +285,14 @@ mod tests {
 
     /// A body that is nowhere near.
     fn far_away() -> BodyIndex {
+        far_below(false)
+    }
+
+    fn far_below(goes_between_legs: bool) -> BodyIndex {
         let corner = |x, y| Point::new(50.0 + x, y, 0.0);
-        let points = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)];
+        let points = vec![corner(0.0, -1.0), corner(1.0, -1.0), corner(0.0, 0.0)];
         let mesh = TriMesh::try_from_indices(points, &[[0, 1, 2]]).unwrap();
-        BodyIndex::prepare(&BodyBelow { mesh: &mesh, covered: &PerVertex::filled(true, 3), goes_between_legs: false })
+        BodyIndex::prepare(&BodyBelow { mesh: &mesh, covered: &PerVertex::filled(true, 3), goes_between_legs })
     }
 
     /// A sphere of radius 10 cm with a hole of about 3 cm across, all labelled.
@@ -345,6 +350,24 @@ mod tests {
             if first { scan_without_holes.surface.mesh.face_count() } else { 0 },
             "the patch is oriented like the rest"
         );
+    }
+
+    #[test]
+    fn between_the_legs_a_strap_leads_across_a_small_hole_in_skin_too() {
+        let (scan, _) = pierced();
+        let in_strap = |p: &Point| p.x.abs() < 0.008;
+        let labels = Labels(scan.mesh.points().iter().map(in_strap).collect());
+        let (around, count) = (Adjacency::prepare(&scan.mesh), scan.mesh.vertex_count());
+        let in_middle = |body: &BodyIndex| -> Vec<bool> {
+            let (params, earlier) = (CutParams::default(), EarlierCuts::default());
+            let labels = labels.clone().into();
+            let found = filled(&scan, &around, &labels, body, &params, &earlier, &mut Vec::new()).unwrap();
+            let new = found.surface.mesh.points().enumerate().skip(count);
+            new.filter(|(_, p)| in_strap(p) && p.z.abs() < 0.008).map(|(v, _)| found.labels.0[v]).collect()
+        };
+        let (of_briefs, of_shirt) = (in_middle(&far_below(true)), in_middle(&far_below(false)));
+        assert!(of_briefs.len() > 5 && of_briefs.iter().filter(|&&label| label).count() * 10 > of_briefs.len() * 8);
+        assert!(!of_shirt.contains(&true));
     }
 
     /// The upper half of a sphere around the origin.

@@ -17,7 +17,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store, Warning};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const CUT: Code = Code::new(Stage::Cut, 14);
+pub(in crate::session::pipeline) const CUT: Code = Code::new(Stage::Cut, 15);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
