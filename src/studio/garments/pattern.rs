@@ -119,7 +119,8 @@ impl GarmentKind {
             Self::Mittens => 0.012,
             Self::Boots => match part {
                 LowerLeg(_) => 0.024 - 0.006 * t,
-                _ => 0.007,
+                // Stiff leather touches the foot nowhere but at the sole.
+                _ => 0.012,
             },
         }
     }
@@ -155,8 +156,8 @@ impl GarmentKind {
                 hems.push(level(waist - 0.005, -1.0));
             }
             Self::Overalls => {
-                hems.push(round_neck(form, 0.115, 0.085));
-                hems.extend(Side::BOTH.map(|side| armhole(form, side, 0.030)));
+                hems.push(round_neck(form, 0.125, 0.085));
+                hems.push(bib(form, 0.045));
                 hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.82, 1.0, leg)));
             }
             Self::Hoodie => {
@@ -347,6 +348,19 @@ fn armhole<'a>(form: &DressForm, side: Side, inward: f64) -> Hem<'a> {
     hem(|part| is_arm(part) || is_throat(part), move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 })
 }
 
+/// The sides of a bib, front and back: straps end `inward` metres toward the neck from the joints of the shoulders, and below them the cloth
+/// goes around the waist.
+fn bib<'a>(form: &DressForm, inward: f64) -> Hem<'a> {
+    let half = form.joint(UpperArm(Side::Left)).x.abs() - inward;
+    let side = form.between(Spine, Neck, 0.3).y;
+    hem(|_| true, move |p| smooth_max(half - p.x.abs(), side - p.y, 0.04))
+}
+
+/// The greater of two heights, with their corner rounded over `rounding` metres.
+fn smooth_max(a: f64, b: f64, rounding: f64) -> f64 {
+    0.5 * (a + b + (a - b).hypot(rounding))
+}
+
 /// A neckline from the back of the neck to `drop` below the notch of the collar bones, at most `radius` from the neck.
 fn round_neck<'a>(form: &DressForm, radius: f64, drop: f64) -> Hem<'a> {
     let point = form.joint(Neck) - Vec3::new(0.0, drop, 0.0);
@@ -358,7 +372,7 @@ fn round_neck<'a>(form: &DressForm, radius: f64, drop: f64) -> Hem<'a> {
         // In front the chest may be farther from the neck than that: there only the slanted plane counts.
         let across = (p.x - point.x).hypot((p.z - point.z).min(0.0)) - radius;
         let above = (p - point).dot(&normal);
-        let stays = 0.5 * (across + above + (across - above).hypot(ROUNDING));
+        let stays = smooth_max(across, above, ROUNDING);
         // A thick neck fills the curve: there the hem goes around it.
         stays.min(top - p.y)
     })

@@ -13,7 +13,7 @@ use super::size::{GarmentSize, Grade};
 use super::skin_weights::skin_weights;
 use crate::body::{HumanJoint, SkinWeights};
 use crate::cloth::{ClothLayer, Collider, clear_of};
-use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3};
+use crate::geometry::{Aabb, PerVertex, Point, TriMesh, Vec3, VertexId};
 use crate::numerics::Rng;
 use crate::studio::level_set::LevelSet;
 use crate::studio::subject::Subject;
@@ -72,10 +72,14 @@ fn sew_graded(kind: GarmentKind, subject: &Subject, seed: u64, grade: Grade) -> 
         _ => around(kind, &pattern, &form, grade),
     };
     let sewn = with_smooth_boundary(&largest_components(&cut_along(&whole, &pattern.hems, &form), pattern.pieces));
-    let pinned = held(kind, &sewn);
-    // A millimetre of unevenness decides to which side a fold falls.
-    let uneven: Vec<Point> =
-        sewn.points().iter().map(|p| p + Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001).collect();
+    let pinned = held(kind, &sewn, &form);
+    // A millimetre of unevenness decides to which side a fold falls; a waistband has it, too.
+    let is_smooth = |v: VertexId| pinned[v] && !kind.has_waistband();
+    let mut uneven = |(v, p): (_, &Point)| {
+        let unevenness = Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001;
+        if is_smooth(v) { *p } else { p + unevenness }
+    };
+    let uneven: Vec<Point> = sewn.points().enumerate().map(&mut uneven).collect();
     let [across, along] = pattern.surplus;
     let rest = sewn.map_points(|p| Point::new(p.x * across, p.y * along, p.z * across));
     let sewn = sewn.with_points(uneven);
@@ -127,21 +131,25 @@ fn around(kind: GarmentKind, pattern: &Pattern<'_>, form: &DressForm, grade: Gra
         let to_tube = flared.as_ref().map_or(f64::INFINITY, |tube| tube.distance(p));
         to_body.min(to_tube) as f32
     });
-    // Cloth spans hollows: the small of the back, between breasts and between buttocks. Tight knits do not.
-    let rounds = if kind.is_tight() { 1 } else { 7 };
+    // Cloth spans hollows: the small of the back, between breasts and between buttocks. Tight knits do not, and smoothing would take
+    // toes out of boots.
+    let rounds = if kind.is_tight() || kind == GarmentKind::Boots { 1 } else { 7 };
     for _ in 0..rounds {
         field.smooth();
     }
     field.zero_surface()
 }
 
-/// The vertices that stay where they are sewn: the top two rows of a waistband, and the feet of boots, whose soles are stiff.
-fn held(kind: GarmentKind, sewn: &TriMesh) -> PerVertex<bool> {
+/// The vertices that stay where they are sewn: the top two rows of a waistband; bib and straps of overalls, whose few threads carry more than
+/// one pass over the springs can hold; and the feet of boots, whose soles are stiff.
+fn held(kind: GarmentKind, sewn: &TriMesh, form: &DressForm) -> PerVertex<bool> {
     /// Height of the instep, metres.
     const INSTEP: f64 = 0.07;
     let Some(bounds) = sewn.bounds() else { return PerVertex::default() };
+    let waist = form.joint(HumanJoint::Spine).y;
     let is_held = |p: &Point| match kind {
         GarmentKind::Boots => p.y < bounds.min.y + INSTEP,
+        GarmentKind::Overalls => p.y > waist - SPACING,
         _ => kind.has_waistband() && p.y > bounds.max.y - 1.4 * SPACING,
     };
     sewn.points().iter().map(is_held).collect()
