@@ -170,17 +170,21 @@ impl ScanEvidence {
         Mixture::of(if new.len() * 5 >= all.len() { &new } else { &all })
     }
 
-    /// Evidence of the colours for the garment, in nats, given the vertices that are certainly its own.
+    /// Evidence of the colours for the garment, in nats, given the vertices that are certainly its own and those that are certainly not.
     ///
-    /// **Shapes** `sure` and the result: one entry per vertex.
+    /// **Shapes** `sure`, `beyond` and the result: one entry per vertex.
     ///
     /// Certain vertices with a colour of the old surfaces are left out of the garment's colour model (a coat is open in
-    /// front), unless hardly any others remain.
-    pub(super) fn of_colors(&self, sure: &PerVertex<bool>) -> Option<PerVertex<f64>> {
+    /// front), unless hardly any others remain. A colour that the old surfaces have there is as old as the scan itself shows beside the garment:
+    /// skin in the light of this scan is told from skin-coloured cloth more closely than skin of another day.
+    pub(super) fn of_colors(&self, sure: &PerVertex<bool>, beyond: &PerVertex<bool>) -> Option<PerVertex<f64>> {
         let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
         let model = self.model_of(sure)?;
+        let seen_old = beyond.enumerate().filter(|&(v, &is_beyond)| is_beyond && self.is_old_color(v));
+        let beside = Mixture::of(&seen_old.map(|(v, _)| colors[v]).collect::<Vec<_>>());
         let says = |(v, color): (_, &Lab)| {
-            let ratio = (model.density(color) + UNKNOWN_DENSITY).ln() - (old[v] + UNKNOWN_DENSITY).ln();
+            let beside = beside.as_ref().filter(|_| self.is_old_color(v)).map_or(0.0, |beside| beside.density(color));
+            let ratio = (model.density(color) + UNKNOWN_DENSITY).ln() - (old[v].max(beside) + UNKNOWN_DENSITY).ln();
             ratio.clamp(-GREATEST_FOREIGN_COLOR, GREATEST_COLOR)
         };
         Some(colors.enumerate().map(says).collect())

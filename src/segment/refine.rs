@@ -60,6 +60,8 @@ parameters! {
 pub(super) const UNITS_PER_NAT: f64 = 1000.0;
 /// Depth inside the template from which a vertex is certainly the garment for the first colour model, in metres.
 pub(super) const SURE_DEPTH: f64 = 0.06;
+/// Distance outside the template up to which the scan shows what is beside the garment, in metres: the thighs below briefs.
+const BESIDE: f64 = 0.25;
 /// Evidence of colours against the garment from which a place shows the old surface, in nats.
 const SURELY_OLD: f64 = 4.0;
 /// Least area of such a place, in m². 20 cm²: a stripe across the chest has 100; from 4 cm² on, shadow at a shoulder of a checked shirt
@@ -106,10 +108,11 @@ pub fn propose(
     let mean_area = areas.iter().sum::<f64>() / areas.len().max(1) as f64;
     let per_nat = if placement.given { params.distance_per_nat_given } else { params.distance_per_nat };
     let mut sure: PerVertex<bool> = depth.iter().map(|&d| d > SURE_DEPTH).collect();
+    let beyond = depth.iter().map(|&d| (-BESIDE..-SURE_DEPTH).contains(&d)).collect();
     let mut labels = Labels(depth.iter().map(|&d| d > 0.0).collect());
     let mut unary: Vec<i64> = Vec::new();
     for _ in 0..params.rounds.max(1) {
-        let colors = evidence.of_colors(&sure);
+        let colors = evidence.of_colors(&sure, &beyond);
         let own_depth = colors.as_ref().filter(|_| !placement.given).map(|colors| {
             depth_beside_old_surface(
                 mesh,
@@ -318,6 +321,21 @@ mod tests {
             let alone = one_thread
                 .install(|| refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels);
             assert_eq!(alone, labels);
+        }
+    }
+
+    #[test]
+    fn skin_coloured_cloth_is_told_from_the_skin_beside_it() {
+        const BEIGE: [u8; 3] = [216, 177, 158];
+        for believed in [0.21, 0.29] {
+            let (mut scan, body, skin, placement) = dressed(believed);
+            for color in scan.colors.as_mut().unwrap().0.iter_mut().filter(|color| **color == BLUE) {
+                *color = BEIGE;
+            }
+            let inner = [Inner { mesh: &body, colors: Some(&skin) }];
+            let none = Marks::none(scan.mesh.vertex_count());
+            let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels;
+            assert!((lowest(&scan, &labels) - 0.25).abs() < 0.018, "{believed}: {}", lowest(&scan, &labels));
         }
     }
 
