@@ -175,8 +175,8 @@ impl ScanEvidence {
     /// **Shapes** `sure`, `beyond` and the result: one entry per vertex.
     ///
     /// Certain vertices with a colour of the old surfaces are left out of the garment's colour model (a coat is open in
-    /// front), unless hardly any others remain. A colour that the old surfaces have there is as old as the scan itself shows beside the garment:
-    /// skin in the light of this scan is told from skin-coloured cloth more closely than skin of another day.
+    /// front), unless hardly any others remain. A colour that the old surfaces have there is also compared with what `beyond` shows of
+    /// them: in the light of one scan, skin-coloured cloth and skin differ by more than the spread of skin.
     pub(super) fn of_colors(&self, sure: &PerVertex<bool>, beyond: &PerVertex<bool>) -> Option<PerVertex<f64>> {
         let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
         let model = self.model_of(sure)?;
