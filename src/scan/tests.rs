@@ -206,6 +206,20 @@ fn two_people_are_refused_apart_and_hand_in_hand() {
 }
 
 #[test]
+fn a_person_in_wide_trousers_is_not_two_people_upside_down() {
+    // The head above the middle of the feet, and beside it.
+    for aside in [0.0, 0.06] {
+        let mut limbs = BODY;
+        limbs[..2].copy_from_slice(&moved(&BODY[..2], aside));
+        for (leg, side) in [(7, 1.0), (8, -1.0)] {
+            limbs[leg] = ([side * 0.13, 0.95, 0.0], [side * 0.22, 0.12, 0.0], 0.11, 0.1);
+        }
+        let result = cleaned(&figure(&limbs));
+        assert!(result.is_ok(), "{aside}: {:?}", result.map(|s| s.findings));
+    }
+}
+
+#[test]
 fn loose_pieces_go_and_a_severed_head_stays() {
     let crumbs = figure(&[&BODY[..], &[([0.9, 0.5, 0.3], [0.95, 0.5, 0.3], 0.05, 0.05)]].concat());
     let (scan, whole) = (cleaned(&crumbs).unwrap(), cleaned(&body()).unwrap());

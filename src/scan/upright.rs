@@ -220,7 +220,7 @@ pub(super) fn refuse_two_figures(person: &TriMesh) -> Result<(), ScanError> {
             // The circumference of a head is 0.33 of the height, of a torso 0.55; the heads of two people are at least
             // 0.15 apart.
             let (heads, torsos) = (pairs(0.88, 0.96, 0.2, 0.15), pairs(0.60, 0.78, 0.35, 0.15));
-            if heads > 0.6 && torsos > 0.6 {
+            if heads > 0.6 && torsos > 0.6 && !stands_on_one_head(profile) {
                 if rises_from_one(profile) {
                     return Err(ScanError::NotStanding {
                         evidence:
@@ -282,6 +282,18 @@ fn rises_from_one(profile: &Profile) -> bool {
     };
     let bottom = profile.between(0.04, 0.12);
     bottom.iter().filter(is_midway).count() as f64 > 0.6 * bottom.len() as f64
+}
+
+/// Whether the bottom of a profile is one head: what looks like two people is one, upside down, in wide trousers.
+fn stands_on_one_head(profile: &Profile) -> bool {
+    /// Greatest outline of a head, relative to the height: 0.33 bare, 0.39 in a hood.
+    const WIDEST_HEAD: f64 = 0.42;
+    let bottom = profile.between(0.02, 0.10);
+    let is_head = |slice: &&CrossSection| match slice.clusters.as_slice() {
+        [only] => only.outline < WIDEST_HEAD * profile.height,
+        _ => false,
+    };
+    bottom.iter().filter(is_head).count() as f64 > 0.6 * bottom.len() as f64
 }
 
 fn is_pair_of(slice: &CrossSection, outline: f64, apart: f64) -> bool {
