@@ -156,8 +156,10 @@ impl GarmentKind {
                 hems.push(level(waist - 0.005, -1.0));
             }
             Self::Overalls => {
-                hems.push(round_neck(form, 0.125, 0.085));
-                hems.push(bib(form, 0.045));
+                // Straps are as wide as the usual buckles of overalls, 38 mm.
+                let half = form.joint(UpperArm(Side::Left)).x.abs() - 0.045;
+                hems.push(round_neck(form, half - 0.038, 0.085));
+                hems.push(bib(form, half));
                 hems.extend(Side::BOTH.map(|side| leg_end(form, side, 0.82, 1.0, leg)));
             }
             Self::Hoodie => {
@@ -348,12 +350,17 @@ fn armhole<'a>(form: &DressForm, side: Side, inward: f64) -> Hem<'a> {
     hem(|part| is_arm(part) || is_throat(part), move |p| if own(p) { (p - shoulder).dot(&normal) } else { 1.0 })
 }
 
-/// The sides of a bib, front and back: straps end `inward` metres toward the neck from the joints of the shoulders, and below them the cloth
-/// goes around the waist.
-fn bib<'a>(form: &DressForm, inward: f64) -> Hem<'a> {
-    let half = form.joint(UpperArm(Side::Left)).x.abs() - inward;
+/// The side edges of a bib of twice the width `half`, in front and behind: straight down, then level around the sides above the waist.
+fn bib<'a>(form: &DressForm, half: f64) -> Hem<'a> {
     let side = form.between(Spine, Neck, 0.3).y;
-    hem(|_| true, move |p| smooth_max(half - p.x.abs(), side - p.y, 0.04))
+    hem(
+        |_| true,
+        move |p| {
+            /// Metres over which the corner below the arm is rounded.
+            const ROUNDING: f64 = 0.04;
+            smooth_max(half - p.x.abs(), side - p.y, ROUNDING)
+        },
+    )
 }
 
 /// The greater of two heights, with their corner rounded over `rounding` metres.

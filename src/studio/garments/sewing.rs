@@ -73,13 +73,13 @@ fn sew_graded(kind: GarmentKind, subject: &Subject, seed: u64, grade: Grade) -> 
     };
     let sewn = with_smooth_boundary(&largest_components(&cut_along(&whole, &pattern.hems, &form), pattern.pieces));
     let pinned = held(kind, &sewn, &form);
-    // A millimetre of unevenness decides to which side a fold falls; a waistband has it, too.
-    let is_smooth = |v: VertexId| pinned[v] && !kind.has_waistband();
-    let mut uneven = |(v, p): (_, &Point)| {
+    // A millimetre of unevenness decides to which side a fold falls. What is held stays as sewn; a waistband gathers the cloth below it.
+    let is_even = |v: VertexId| pinned[v] && !kind.has_waistband();
+    let uneven = sewn.points().enumerate().map(|(v, p)| {
         let unevenness = Vec3::new(rng.normal(), 0.0, rng.normal()) * 0.001;
-        if is_smooth(v) { *p } else { p + unevenness }
-    };
-    let uneven: Vec<Point> = sewn.points().enumerate().map(&mut uneven).collect();
+        if is_even(v) { *p } else { p + unevenness }
+    });
+    let uneven: Vec<Point> = uneven.collect();
     let [across, along] = pattern.surplus;
     let rest = sewn.map_points(|p| Point::new(p.x * across, p.y * along, p.z * across));
     let sewn = sewn.with_points(uneven);
