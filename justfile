@@ -60,7 +60,7 @@ outfits FOLDER="target/outfits" *ARGS:
     cargo build --release --no-default-features --bin overcoat --example measure_outfits
     target/release/examples/measure_outfits {{FOLDER}} {{ARGS}}
 
-# Ten people in each of ten difficult kinds of garment: how many are right. ARGS as for `outfits`
+# Ten people in each of eleven difficult kinds of garment: how many are right. ARGS as for `outfits`
 kinds FOLDER="target/kinds" *ARGS:
     cargo build --release --no-default-features --bin overcoat --example measure_outfits
     target/release/examples/measure_outfits {{FOLDER}} --kinds {{ARGS}}

@@ -56,7 +56,7 @@ const OUTFITS: [&str; 30] = [
 ];
 
 /// What is difficult, and what is worn.
-const KINDS: [(&str, &str); 10] = [
+const KINDS: [(&str, &str); 11] = [
     ("tucked shirt", "shirt,jeans"),
     ("untucked shirt", "jeans,shirt"),
     ("open front", "tshirt,jacket"),
@@ -67,7 +67,10 @@ const KINDS: [(&str, &str); 10] = [
     ("two-piece swimwear", "bra,briefs"),
     ("overalls", "tshirt,overalls"),
     ("thin tights", "tights,skirt"),
+    (IN_ONE_COLOUR, "coat,scarf"),
 ];
+/// The kind of which all garments have the colours of the first.
+const IN_ONE_COLOUR: &str = "scarf in the colour of the coat";
 /// People per kind.
 const PEOPLE: usize = 10;
 /// Least labels (T8) of a garment that is right.
@@ -224,6 +227,9 @@ fn measured(
         make.extend(["--faces", "55000"]);
         if !is_recorded {
             make.push("--no-frames");
+        }
+        if options.kinds && KINDS[k / PEOPLE].0 == IN_ONE_COLOUR {
+            make.push("--alike");
         }
         run(program, &place, &make)?;
     }

@@ -59,6 +59,7 @@ pub fn synthetic(dir: &Path, model: &BodyModel, seed: u64) -> Result<Dressed> {
             seed,
             garments: kinds.to_vec(),
             one_scan: true,
+            alike: false,
             settling_secs: 0.8,
             ..StudioParams::default()
         };

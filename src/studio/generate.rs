@@ -78,7 +78,7 @@ pub fn generate_each_step(
 ) -> Result<TruthBind, StudioError> {
     params.check()?;
     let subject = Subject::generate(model, params.seed)?;
-    let garments: Vec<SewnGarment> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
+    let garments = sewn(params, &subject);
     match params.one_scan {
         true => {
             on_step(0, scan_of(&subject, &[], 0, params)?);
@@ -104,8 +104,17 @@ pub fn generate_each_step(
 pub fn generate_step(model: &BodyModel, params: &StudioParams, step: usize) -> Result<SyntheticStep, StudioError> {
     params.check()?;
     let subject = Subject::generate(model, params.seed)?;
-    let garments: Vec<SewnGarment> = params.garments.iter().map(|&kind| sew(kind, &subject, params.seed)).collect();
+    let garments = sewn(params, &subject);
     scan_of(&subject, &garments, step, params)
+}
+
+/// The subject's garments, in their colours.
+fn sewn(params: &StudioParams, subject: &Subject) -> Vec<SewnGarment> {
+    let mut garments: Vec<SewnGarment> = params.garments.iter().map(|&kind| sew(kind, subject, params.seed)).collect();
+    if let (true, [first, others @ ..]) = (params.alike, &mut garments[..]) {
+        others.iter_mut().for_each(|garment| garment.dye_like(first));
+    }
+    garments
 }
 
 /// The subject in these garments on the turntable, in the stance of step `step`.
@@ -160,6 +169,7 @@ mod tests {
             seed: 11,
             garments,
             one_scan: false,
+            alike: false,
             turntable: TurntableParams { views: 8, ..TurntableParams::default() },
             scanner: ScannerParams { voxel: 0.02, faces: 4_000 },
             sway: 0.0,
@@ -242,6 +252,18 @@ mod tests {
             assert!((300..16_000).contains(&finished.vertex_count()), "{}", kind.name());
             assert_eq!(finished.vertex_count(), garment.finished_weights().len());
         }
+    }
+
+    #[test]
+    fn garments_that_are_alike_have_the_colours_of_the_first() {
+        let subject = Subject::generate(&crate::body::embedded_model().unwrap(), 11).unwrap();
+        let painted = |alike: bool| {
+            let params = StudioParams { alike, ..coarse_params(vec![GarmentKind::Coat, GarmentKind::Scarf]) };
+            let garments = sewn(&params, &subject);
+            [0, 1].map(|k: usize| garments[k].painted(&garments[1].sewn))
+        };
+        let ([coat, scarf], [unlike, other]) = (painted(true), painted(false));
+        assert!(coat == scarf && coat == unlike && unlike != other);
     }
 
     #[test]

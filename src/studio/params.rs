@@ -15,6 +15,8 @@ pub struct StudioParams {
     pub garments: Vec<GarmentKind>,
     /// Whether all garments are put on before the second scan, which then is the last.
     pub one_scan: bool,
+    /// Whether every garment has the colours of the first.
+    pub alike: bool,
     /// The camera and the turntable.
     pub turntable: TurntableParams,
     /// The resolution of the fused scans.
@@ -35,6 +37,7 @@ impl Default for StudioParams {
             seed: 1,
             garments: vec![GarmentKind::Tshirt, GarmentKind::Skirt],
             one_scan: false,
+            alike: false,
             turntable: TurntableParams::default(),
             scanner: ScannerParams::default(),
             sway: 0.0,

@@ -15,6 +15,8 @@ pub struct SubjectParams {
     pub garments: String,
     /// Whether one scan shows all garments.
     pub one_scan: bool,
+    /// Whether every garment has the colours of the first.
+    pub alike: bool,
     /// Frames per step.
     pub views: Option<usize>,
     /// Turns of the table per step.
@@ -40,6 +42,7 @@ impl SubjectParams {
             seed: self.seed,
             garments: GarmentKind::list(&self.garments)?,
             one_scan: self.one_scan,
+            alike: self.alike,
             hands: self.hands,
             ..StudioParams::default()
         };
@@ -71,6 +74,7 @@ mod tests {
             seed: 1,
             garments: "tshirt".into(),
             one_scan: false,
+            alike: false,
             views: None,
             turns: None,
             size: None,

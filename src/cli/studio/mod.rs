@@ -86,6 +86,9 @@ struct MakeArgs {
     /// Scan the person bare and then once in all garments, for `overcoat scan outfit`
     #[arg(long)]
     one_scan: bool,
+    /// Give every garment the colours of the first, as `coat,scarf` of one wool
+    #[arg(long)]
+    alike: bool,
     /// Folder to write: a new one, or an empty one
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -133,6 +136,7 @@ fn make(args: MakeArgs, context: &Context) -> anyhow::Result<Done> {
             seed: args.seed,
             garments: args.garments.clone(),
             one_scan: args.one_scan,
+            alike: args.alike,
             views: args.views,
             turns: args.turns,
             size: args.size,

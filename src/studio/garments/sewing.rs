@@ -39,6 +39,11 @@ impl SewnGarment {
         sewn.points().iter().map(|p| self.dye.at(p, (p.y - bounds.min.y) / height)).collect()
     }
 
+    /// Gives the garment the colours of another.
+    pub fn dye_like(&mut self, other: &Self) {
+        self.dye = other.dye;
+    }
+
     /// The garment as a photograph shows it; `sewn` is its sewn shape with the collar.
     pub fn close_up(&self, sewn: &TriMesh) -> ClothCloseUp {
         ClothCloseUp::of(self.kind, self.dye, sewn)
