@@ -157,17 +157,18 @@ impl ScanEvidence {
         last.into_iter().map(|density| density.map(of_label)).collect()
     }
 
-    /// The colours of certain vertices. Those with a colour of the old surfaces are left out, unless hardly any others remain.
+    /// The colours of certain vertices. Those with a colour of the old surfaces are left out; if hardly any others remain, as of a scarf
+    /// in the colour of the coat, those of them that do not stand off.
     fn model_of(&self, sure: &PerVertex<bool>) -> Option<Mixture> {
-        let (colors, old) = (self.colors.as_ref()?, self.old_density.as_ref()?);
-        let sure_colors = |least_new: bool| -> Vec<Lab> {
-            sure.enumerate()
-                .filter(|&(v, &s)| s && !(least_new && old[v] > looks_old()))
-                .map(|(v, _)| colors[v])
-                .collect()
+        let colors = self.colors.as_ref()?;
+        let colors_if = |is_own: &dyn Fn(VertexId) -> bool| -> Vec<Lab> {
+            sure.enumerate().filter(|&(v, &s)| s && is_own(v)).map(|(v, _)| colors[v]).collect()
         };
-        let (all, new) = (sure_colors(false), sure_colors(true));
-        Mixture::of(if new.len() * 5 >= all.len() { &new } else { &all })
+        let all = colors_if(&|_| true);
+        let are_enough = |some: &Vec<Lab>| some.len() * 5 >= all.len();
+        let new = Some(colors_if(&|v| !self.is_old_color(v))).filter(are_enough);
+        let off = || Some(colors_if(&|v| !self.is_old_color(v) || self.stand_off[v] > 0.0)).filter(are_enough);
+        Mixture::of(&new.or_else(off).unwrap_or(all))
     }
 
     /// Evidence of the colours for the garment, in nats, given the vertices that are certainly its own and those that are certainly not.

@@ -340,6 +340,29 @@ mod tests {
     }
 
     #[test]
+    fn a_scarf_in_the_colour_of_the_collar_below_it_does_not_claim_the_skin_above() {
+        let ((body, _), (mut scan, _)) = (tube(0.1, 0.0), tube(0.1, 0.0));
+        let up_to =
+            |mesh: &TriMesh, top: f64| mesh.points().iter().map(|p| if p.y < top { BLUE } else { SKIN }).collect();
+        // A collar up to 36 cm; a scarf from 20 to 38 cm, which stands off by 12 mm; the template has it from 15 to 50 cm.
+        let worn = up_to(&body, 0.36);
+        scan = scan.map_points(|p| {
+            let off = if (0.2..0.38).contains(&p.y) { 1.12 } else { 1.0 };
+            Point::new(off * p.x, p.y, off * p.z)
+        });
+        let colors = up_to(&scan, 0.38);
+        let scan = Scan::from_clean_mesh(scan, Some(colors));
+        let depth: PerVertex<f64> = body.points().iter().map(|p| (p.y - 0.15).min(0.5 - p.y)).collect();
+        let placement = Placement { prior: depth.iter().map(|&d| d > 0.0).collect(), depth, given: false };
+        let inner = [Inner { mesh: &body, colors: Some(&worn) }];
+        let none = Marks::none(scan.mesh.vertex_count());
+        let labels = refine(&scan, &inner, &placement, &none, &RefineParams::default()).unwrap().labels;
+        let labelled = scan.mesh.points().enumerate().filter(|(v, _)| labels.0[*v]).map(|(_, p)| p.y);
+        let highest = labelled.fold(0.0, f64::max);
+        assert!((highest - 0.38).abs() < 0.018, "{highest}");
+    }
+
+    #[test]
     fn where_stripes_of_the_shirt_below_are_seen_the_template_does_not_claim_those_in_the_colour_of_the_bib() {
         let (mut scan, body, _, mut placement) = dressed(0.25);
         // Overalls up to 25 cm nearly in the colour of every second stripe of a shirt, which begins at 20 cm; the template has them up to

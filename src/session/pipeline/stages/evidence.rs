@@ -16,7 +16,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const EVIDENCE: Code = Code::new(Stage::Evidence, 5);
+pub(in crate::session::pipeline) const EVIDENCE: Code = Code::new(Stage::Evidence, 6);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
