@@ -104,16 +104,15 @@ impl Step<'_> {
 
     /// Corrects `by` until no pair comes too near.
     fn part(&self, pairs: &[NearPair], by: &mut [Vec3], corrections: &mut Corrections) {
-        let too_near = |by: &[Vec3]| -> Vec<u32> {
-            (0..pairs.len() as u32).into_par_iter().filter(|&p| self.is_too_near(&pairs[p as usize], by)).collect()
+        let too_near = |of: Vec<u32>, by: &[Vec3]| -> Vec<u32> {
+            of.into_par_iter().with_min_len(64).filter(|&p| self.is_too_near(&pairs[p as usize], by)).collect()
         };
-        let mut active = too_near(by);
+        let mut active = too_near((0..pairs.len() as u32).collect(), by);
         corrections.pairs += active.len();
         if active.is_empty() {
             return;
         }
-        let of_vertex = PairsOfVertex::prepare(pairs, by.len());
-        let mut queued = vec![false; pairs.len()];
+        let mut of_vertices = PairsOfVertices::prepare(pairs, by.len());
         for round in 0..ROUNDS {
             let averages = round >= AVERAGING_ROUND && round % 2 == 1;
             let mut moved: Vec<u32> = Vec::new();
@@ -123,29 +122,20 @@ impl Step<'_> {
                     moved.extend(pair.vertices);
                 }
             }
-            let mut next: Vec<u32> = Vec::new();
-            for p in moved.iter().flat_map(|&v| of_vertex.of(v)) {
-                if !std::mem::replace(&mut queued[*p as usize], true) {
-                    next.push(*p);
-                }
-            }
-            next.iter().for_each(|&p| queued[p as usize] = false);
-            next.retain(|&p| self.is_too_near(&pairs[p as usize], by));
-            next.sort_unstable();
-            active = next;
+            active = too_near(of_vertices.of(&moved), by);
             if active.is_empty() {
                 return;
             }
         }
         let mut zones = Zones::of_single(by.len());
         loop {
-            let left = too_near(by);
-            let joined = left.iter().filter(|&&p| zones.join(&pairs[p as usize].vertices)).count();
+            let joined = active.iter().filter(|&&p| zones.join(&pairs[p as usize].vertices)).count();
             // Vertices of one zone move as one, so each round joins some until no pair is left.
             if joined == 0 {
                 break;
             }
-            zones.move_as_one(self.at, by, |v| self.mass(v));
+            let moved = zones.move_as_one(self.at, by, |v| self.mass(v));
+            active = too_near(of_vertices.of(&moved), by);
         }
         corrections.zone_vertices += zones.joined_vertices();
     }
@@ -272,12 +262,14 @@ impl RigidMotion {
 }
 
 /// The pairs of each vertex.
-struct PairsOfVertex {
+struct PairsOfVertices {
     first: Vec<u32>,
     pairs: Vec<u32>,
+    /// Whether a pair is in the list that is made; one entry per pair.
+    is_listed: Vec<bool>,
 }
 
-impl PairsOfVertex {
+impl PairsOfVertices {
     fn prepare(pairs: &[NearPair], vertices: usize) -> Self {
         let mut first = vec![0; vertices + 1];
         pairs.iter().flat_map(|p| p.vertices).for_each(|v| first[v as usize + 1] += 1);
@@ -291,11 +283,22 @@ impl PairsOfVertex {
                 next[v as usize] += 1;
             }
         }
-        Self { first, pairs: list }
+        Self { first, pairs: list, is_listed: vec![false; pairs.len()] }
     }
 
-    fn of(&self, v: u32) -> &[u32] {
-        &self.pairs[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
+    /// The pairs of any of the vertices, each once, in ascending order.
+    fn of(&mut self, vertices: &[u32]) -> Vec<u32> {
+        let mut listed = Vec::new();
+        for &v in vertices {
+            for &p in &self.pairs[self.first[v as usize] as usize..self.first[v as usize + 1] as usize] {
+                if !std::mem::replace(&mut self.is_listed[p as usize], true) {
+                    listed.push(p);
+                }
+            }
+        }
+        listed.iter().for_each(|&p| self.is_listed[p as usize] = false);
+        listed.sort_unstable();
+        listed
     }
 }
 
@@ -332,12 +335,14 @@ impl Zones {
         members.into_values().collect()
     }
 
-    /// Gives all vertices of a zone the rigid motion that is nearest to theirs, by mass.
-    fn move_as_one(&mut self, at: &[Point], by: &mut [Vec3], mass: impl Fn(usize) -> f64) {
-        for zone in self.members() {
+    /// Gives all vertices of a zone the rigid motion that is nearest to theirs, by mass; returns the vertices of all zones.
+    fn move_as_one(&mut self, at: &[Point], by: &mut [Vec3], mass: impl Fn(usize) -> f64) -> Vec<u32> {
+        let zones = self.members();
+        for zone in &zones {
             let common = RigidMotion::fit(zone.iter().map(|&v| (at[v], by[v], mass(v))));
             zone.iter().for_each(|&v| by[v] = common.at(&at[v]));
         }
+        zones.into_iter().flatten().map(|v| v as u32).collect()
     }
 
     fn joined_vertices(&mut self) -> usize {
@@ -401,7 +406,8 @@ mod tests {
         for v in 1..by.len() as u32 {
             let _ = zones.join(&[0, v, v, v]);
         }
-        zones.move_as_one(&surfaces.rest, &mut after, |_| 1.0);
+        let moved = zones.move_as_one(&surfaces.rest, &mut after, |_| 1.0);
+        assert!(moved.len() == by.len());
         let off = after.iter().zip(&by).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(off < 1e-6, "{off}");
     }
