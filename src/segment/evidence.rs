@@ -157,8 +157,8 @@ impl ScanEvidence {
         last.into_iter().map(|density| density.map(of_label)).collect()
     }
 
-    /// The colours of certain vertices. Those with a colour of the old surfaces are left out; if hardly any others remain, as of a scarf
-    /// in the colour of the coat, those of them that do not stand off.
+    /// The colours of certain vertices: those that no old surface has there. If these are too few, as on a scarf in the colour of the
+    /// coat, what stands off from the old surfaces is added, and if that is too little, all.
     fn model_of(&self, sure: &PerVertex<bool>) -> Option<Mixture> {
         let colors = self.colors.as_ref()?;
         let colors_if = |is_own: &dyn Fn(VertexId) -> bool| -> Vec<Lab> {
