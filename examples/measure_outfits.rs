@@ -6,8 +6,8 @@
 //! published. FOLDER keeps scans and sessions; what it has is not made again, except what depends on the program.
 //!
 //! Each step is one line: its verdict, labels (T8), surface (T9), hem loops found and expected, holes, distance of the hems from
-//! the true ones, turning of the hems, stretch of one edge in a thousand; then each outfit is one line: crossing pairs, vertices inside, mean move of the vertices that were
-//! clear, seconds of the last stacking.
+//! the true ones, turning of the hems, stretch of one edge in a thousand, how much of what is below comes out in a pose; then each
+//! outfit is one line: crossing pairs, vertices inside, mean move of the vertices that were clear, seconds of the last stacking.
 //!
 //! With `--kinds` it is ten people in each of ten pairs of garments instead, from fused meshes, and a table of how many of ten are right: no
 //! crossing, and of each garment the hem loops of its template and labels of at least 0.92.
@@ -196,6 +196,8 @@ struct Garment {
     hems_are_right: bool,
     /// Of one edge in a thousand.
     stretch: Option<f64>,
+    /// Vertices below that come out through it in the worst pose.
+    through_percent: Option<f64>,
     is_good: bool,
 }
 
@@ -286,15 +288,17 @@ fn measured(
             hem_mm: number("hem_to_truth_mm"),
             hems_are_right,
             stretch: number("pose_stretch_p999"),
+            through_percent: number("pose_through_percent"),
             is_good: verdict == "good",
         };
         report.lines.push(format!(
-            "  {name:10} IoU {iou:.3}  T9 {:.2} mm  hems {found} of {expected}, {} holes, {:.1} mm off, {:.1} deg/cm  stretch {:.2}  hidden {:.1} mm, outside {:.2} %  {verdict}",
+            "  {name:10} IoU {iou:.3}  T9 {:.2} mm  hems {found} of {expected}, {} holes, {:.1} mm off, {:.1} deg/cm  stretch {:.2}, {:.2} % through  hidden {:.1} mm, outside {:.2} %  {verdict}",
             garment.surface_mm,
             count("holes"),
             garment.hem_mm.unwrap_or(f64::NAN),
             number("hem_roughness").unwrap_or(f64::NAN),
             garment.stretch.unwrap_or(f64::NAN),
+            garment.through_percent.unwrap_or(f64::NAN),
             number("proximity_mean_mm").unwrap_or(f64::NAN),
             number("outside_truth_percent").unwrap_or(f64::NAN),
         ));
@@ -365,10 +369,13 @@ fn summary(reports: &[Report]) {
     );
     let mut stretches: Vec<f64> = garments.iter().filter_map(|g| g.stretch).collect();
     stretches.sort_by(f64::total_cmp);
+    let through: Vec<f64> = garments.iter().filter_map(|g| g.through_percent).collect();
     println!(
-        "stretch of one edge in a thousand: median {:.2}, worst {:.2}; greatest mean move of clear vertices {:.2} mm; slowest last stack {:.1} s",
+        "stretch of one edge in a thousand: median {:.2}, worst {:.2}; of what is below comes out in the worst pose: mean {:.2} %, worst {:.2} %; greatest mean move of clear vertices {:.2} mm; slowest last stack {:.1} s",
         stretches.get(stretches.len() / 2).copied().unwrap_or(f64::NAN),
         stretches.last().copied().unwrap_or(f64::NAN),
+        mean(&through),
+        through.iter().copied().fold(0.0, f64::max),
         reports.iter().map(|r| r.clear_move_mm).fold(0.0, f64::max),
         reports.iter().map(|r| r.stack_secs).fold(0.0, f64::max),
     );

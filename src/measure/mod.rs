@@ -32,6 +32,7 @@ mod surface;
 mod targets;
 #[cfg(test)]
 mod tests;
+mod through;
 mod truth;
 
 pub use alignment::scan_from_truth;

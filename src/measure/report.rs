@@ -54,4 +54,7 @@ pub struct GarmentMeasures {
     /// How far skinning stretches it: arms overhead, a squat, a raised thigh, a long step.
     #[serde(flatten)]
     pub stretch: Option<PoseStretch>,
+    /// Share of the vertices below it that come out through it, in the worst of those poses, percent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pose_through_percent: Option<f64>,
 }

@@ -9,6 +9,7 @@ use super::result::{ResultBind, ResultStep};
 use super::stretch::pose_stretch;
 use super::surface::{joint_mean_mm, outside_scan, surface_distance};
 use super::targets::{SubjectKind, TargetCheck, check_targets};
+use super::through::pose_through;
 use super::truth::{TruthBind, TruthStep};
 use crate::geometry::{PerVertex, TriMesh};
 use serde::{Deserialize, Serialize};
@@ -120,6 +121,7 @@ fn measure_garment(
         hem_roughness: hem_roughness(mesh),
         hem_to_truth_mm: hem_to_truth_mm(mesh, hems, true_garment),
         stretch: layer.and_then(|k| pose_stretch(&bind.layers[k].1, bind.in_poses.iter().map(|posed| &posed[k]))),
+        pose_through_percent: layer.and_then(|k| pose_through(bind, k)),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Each metric is good on the truth itself, and visibly worse on a damaged input.
 
 use super::crossings::{crossing_pairs, self_crossing_pairs};
+use super::through::pose_through;
 use super::*;
 use crate::body::{HumanJoint, Side};
 use crate::geometry::{FaceId, PerVertex, Point, TriMesh, Vec3};
@@ -359,4 +360,17 @@ fn session_and_truth_that_do_not_belong_together_are_named() {
     wrong[1].labels = Some(PerVertex(vec![true; 3]));
     let err = measure(&wrong, &bind, &truths, None, SubjectKind::Foreign).unwrap_err();
     assert!(err.to_string().contains("3 values of 'labels'") && err.hint().is_some());
+}
+
+#[test]
+fn what_comes_out_through_cloth_is_counted_in_the_worst_pose() {
+    let layers = vec![("body".into(), egg(0.0)), ("band".into(), band(0.01))];
+    let through = |shift: f64| {
+        let posed = |by: f64| vec![egg(0.0), shifted(&band(0.01), Vec3::new(0.0, 0.0, by))];
+        pose_through(&ResultBind { layers: layers.clone(), in_poses: vec![posed(0.0), posed(shift)] }, 1)
+    };
+    assert_eq!(through(0.0), Some(0.0));
+    let (shallow, deep) = (through(0.012).unwrap(), through(0.02).unwrap());
+    assert!(shallow > 1.0 && deep > shallow && deep < 50.0, "{shallow} {deep}");
+    assert_eq!(pose_through(&ResultBind { layers: layers.clone(), in_poses: vec![] }, 1), None);
 }
