@@ -5,7 +5,7 @@ use crate::body::{JointId, SkinWeights};
 use crate::geometry::{PerVertex, SurfaceIndex, TriMesh, Vec3, VertexId};
 use rayon::prelude::*;
 
-/// The closest triangle of the body, per vertex of the garment.
+/// The closest triangle of the body, and from where the weights are taken, per vertex of the garment.
 ///
 /// **Shapes** every array has one entry per vertex of the garment.
 pub(super) struct Matches {
@@ -15,7 +15,9 @@ pub(super) struct Matches {
     pub places: Vec<[(VertexId, f64); 3]>,
     /// Distance to the body, in metres.
     pub distances: PerVertex<f64>,
-    /// Cosine between the normals of cloth and body.
+    /// Distance to the surface from which the weights are taken, in metres: the body, or cloth on it.
+    pub gaps: PerVertex<f64>,
+    /// Cosine between the normals of the garment and that surface.
     pub cosines: PerVertex<f64>,
     /// The body's interpolated unit normal at the closest point.
     pub body_normals: PerVertex<Vec3>,
@@ -41,6 +43,7 @@ pub(super) fn match_with_body(garment: &TriMesh, body: &SurfaceIndex, body_weigh
         rows: PerVertex(Vec::with_capacity(found.len())),
         places: Vec::with_capacity(found.len()),
         distances: PerVertex(Vec::with_capacity(found.len())),
+        gaps: PerVertex(Vec::with_capacity(found.len())),
         cosines: PerVertex(Vec::with_capacity(found.len())),
         body_normals: PerVertex(Vec::with_capacity(found.len())),
     };
@@ -48,6 +51,7 @@ pub(super) fn match_with_body(garment: &TriMesh, body: &SurfaceIndex, body_weigh
         matches.places.push(place);
         matches.rows.0.push(row);
         matches.distances.0.push(distance);
+        matches.gaps.0.push(distance);
         matches.cosines.0.push(cosine);
         matches.body_normals.0.push(normal);
     }
@@ -64,7 +68,7 @@ pub(super) fn match_confidence(matches: &Matches, posed_body: &TriMesh, params: 
     let diagonal = posed_body.bounds().map_or(0.0, |b| b.extent().norm());
     let farthest = params.distance_per_diagonal * diagonal;
     matches
-        .distances
+        .gaps
         .iter()
         .zip(matches.cosines.iter())
         .map(|(&distance, &cosine)| {

@@ -1,6 +1,7 @@
 //! A garment's skin weights, transferred in the scan's pose from the naked body, and with them its bind-pose shape; after
 //! stacking, its physics weights; and of all layers the parts that others cover.
 
+mod below;
 mod confidence;
 mod cover;
 #[cfg(test)]
@@ -23,6 +24,7 @@ use crate::body::{Figure, JointId, Skeleton, SkinWeights, unskin};
 use crate::fit::PoseInside;
 use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
 use crate::parameters::Parameters;
+use below::Below;
 use serde::{Deserialize, Serialize};
 use torn::Tearing;
 
@@ -82,7 +84,8 @@ const RELAXATIONS: usize = 4;
 /// **Requires** that `inside` poses `figure` into the same scan, so that the body is under the garment.
 ///
 /// **Source** Hu 2017, §6.3 and §7.1: weights of the closest triangle of the naked body, then inverse skinning. By default
-/// the weights are inpainted where that triangle is not a confident match. Where they would tear cloth with arms overhead, in
+/// cloth that lies on cloth takes the weights of the garment below it, so that all layers share one field, and the weights
+/// are inpainted where what is below is not a confident match. Where they would tear cloth with arms overhead, in
 /// a squat, with a raised thigh or in a long step, they are inpainted over a wider part of it.
 pub fn rig(
     garment: &TriMesh,
@@ -97,9 +100,12 @@ pub fn rig(
     check_length("skin weights of the body", Some(body.weights.len()), body.mesh.vertex_count())?;
     let posed_body = with_offsets(&body.posed(&figure.skeleton, &inside.pose), &inside.offsets)?;
     let joints = figure.skeleton.joints_in_world(&inside.pose);
-    let tearing = Tearing::prepare(garment, &figure.skeleton, &inside.pose);
+    let worn = Worn {
+        below: Below::prepare(figure, &inside.pose),
+        tearing: Tearing::prepare(garment, &figure.skeleton, &inside.pose),
+    };
     let (weights, mut report) =
-        transfer(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params, Some(&tearing))?;
+        transfer(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params, Some(&worn))?;
     let mesh = garment.with_points(unskin(garment.points(), &weights, &figure.skeleton, &inside.pose));
     report.stretch_p99 = stretch(garment, &mesh, 0.99);
     Ok(RiggedGarment { mesh, weights, colors: colors.cloned(), report })
@@ -119,7 +125,13 @@ pub fn skin_garment(
     transfer(garment, posed_body, body_weights, skeleton, joints, params, None)
 }
 
-/// As [`skin_garment`]; with `tearing`, weights that tear cloth are smoothed.
+/// What the figure tells of a garment besides the body.
+struct Worn<'a> {
+    below: Below<'a>,
+    tearing: Tearing<'a>,
+}
+
+/// As [`skin_garment`]; with `worn`, weights come from the cloth below, and those that tear cloth are smoothed.
 fn transfer(
     garment: &TriMesh,
     posed_body: &TriMesh,
@@ -127,7 +139,7 @@ fn transfer(
     skeleton: &Skeleton,
     joints: &[Point],
     params: &RigParams,
-    tearing: Option<&Tearing>,
+    worn: Option<&Worn>,
 ) -> Result<(SkinWeights, RigReport), RigError> {
     if garment.face_count() == 0 {
         return Err(RigError::EmptyGarment);
@@ -143,7 +155,7 @@ fn transfer(
     }
     params.check_values()?;
     let body = SurfaceIndex::prepare(posed_body);
-    let matches = confidence::match_with_body(garment, &body, body_weights);
+    let mut matches = confidence::match_with_body(garment, &body, body_weights);
     let nearest = matches.distances.iter().copied().fold(f64::INFINITY, f64::min);
     /// Half the length of an arm, in metres: cloth whose closest vertex is farther away is not worn by this body.
     const FARTHEST: f64 = 0.3;
@@ -155,6 +167,9 @@ fn transfer(
         let weights = SkinWeights::from_rows(matches.rows.iter().cloned());
         return Ok((weights.following(body_weights, matches.followed_vertices()), report));
     }
+    if let Some(worn) = worn {
+        worn.below.take_over(garment, &mut matches);
+    }
     let mut confidence = confidence::match_confidence(&matches, posed_body, params);
     let bridge = leg_bridge::find(garment, &body, skeleton, joints);
     let bridging = leg_bridge::keep_only_flanks(&bridge, garment, &matches, &mut confidence);
@@ -162,7 +177,7 @@ fn transfer(
         SkinWeights::from_rows_of_cloth(rows.0).following(body_weights, matches.followed_vertices())
     };
     let mut rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
-    if let Some(tearing) = tearing {
+    if let Some(Worn { tearing, .. }) = worn {
         for _ in 0..RELAXATIONS {
             let torn = tearing.find(&as_weights(rows.clone()));
             if !torn.as_slice().contains(&true) {

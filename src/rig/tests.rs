@@ -1,7 +1,7 @@
 //! A doll of tubes (trunk, two legs, one arm beside the trunk) and what it wears.
 
 use super::*;
-use crate::body::{HumanJoint, Pose, Side, Stance, embedded_model, skin};
+use crate::body::{HumanJoint, Layer, Pose, Side, Stance, embedded_model, skin};
 use crate::geometry::{FaceId, Vec3};
 use nalgebra::UnitQuaternion;
 
@@ -292,4 +292,27 @@ fn cloth_everywhere_equally_far_has_no_physics() {
     assert!(matches!(no_body, Err(RigError::EmptyBody)));
     let params = PhysicsParams { smoothing_length: f64::INFINITY, ..PhysicsParams::default() };
     assert!(matches!(physics_weights(&sheet, &floor, &fitted, &params), Err(RigError::Parameter(_))));
+}
+
+#[test]
+fn cloth_on_cloth_moves_with_the_cloth_below() {
+    let sleeve =
+        |radius, y: [f64; 2]| tube(Point::new(0.23, y[0], 0.0), Point::new(0.22, y[1], 0.0), [radius; 2], 20, 24);
+    let least_and_most = |figure: &Figure| {
+        let rigged = rig(&sleeve(0.06, [1.0, 1.3]), None, figure, &in_bind(figure), &RigParams::default()).unwrap();
+        let of_arm =
+            |row: &crate::body::SkinRow| row.iter().filter(|(j, _)| j.index() == LEFT_ARM).map(|(_, w)| w).sum();
+        let shares: Vec<f64> = rigged.weights.rows().iter().map(of_arm).collect();
+        (shares.iter().copied().fold(1.0, f64::min), shares.iter().copied().fold(0.0, f64::max))
+    };
+    let mut figure = doll();
+    let (least, _) = least_and_most(&figure);
+    assert!(least > 0.9, "a sleeve moves with the arm: {least}");
+
+    let below = sleeve(0.05, [0.95, 1.35]);
+    let half = vec![(JointId(HIPS as u16), 0.5), (JointId(LEFT_ARM as u16), 0.5)];
+    let weights = SkinWeights::from_rows(vec![half; below.vertex_count()]);
+    figure.layers.push(Layer::plain("sleeve", below, weights));
+    let (least, most) = least_and_most(&figure);
+    assert!(least > 0.4 && most < 0.6, "it moves with the sleeve below: {least} to {most}");
 }

@@ -11,7 +11,7 @@ use crate::session::stage::Stage;
 use crate::session::store::{Kept, Store};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const RIG: Code = Code::new(Stage::Rig, 3);
+pub(in crate::session::pipeline) const RIG: Code = Code::new(Stage::Rig, 4);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
