@@ -60,6 +60,7 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
     let last = track.poses[moving - 1].clone();
     track.poses.extend(std::iter::repeat_n(last, HELD));
     let (mut began, mut times) = (Instant::now(), Vec::new());
+    let (started, frames) = (began, track.poses.len());
     let processor = processor_secs();
     let mut processor_moving = 0.0;
     let mut on_frame = |frame: &ClothFrame<'_>| {
@@ -68,6 +69,10 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
             processor_moving = processor_secs() - processor;
         }
         began = Instant::now();
+        if frame.number % REST == 0 {
+            // A jammed clip takes hours: say how far it is.
+            eprintln!("{clip}: frame {} of {frames} after {:.0} s", frame.number, started.elapsed().as_secs_f64());
+        }
     };
     let (mode, params) = (ClothMode::Coupled, ClothParams::default());
     let (cloth, report) =
