@@ -69,7 +69,7 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
             processor_moving = processor_secs() - processor;
         }
         began = Instant::now();
-        if frame.number % REST == 0 {
+        if frame.number.is_multiple_of(REST) {
             // A jammed clip takes hours: say how far it is.
             eprintln!("{clip}: frame {} of {frames} after {:.0} s", frame.number, started.elapsed().as_secs_f64());
         }
