@@ -5,3 +5,4 @@ pub(in crate::cloth) mod near_pairs;
 pub(in crate::cloth) mod safe_motion;
 pub(in crate::cloth) mod surfaces;
 pub(in crate::cloth) mod swept_tree;
+mod watch;

@@ -3,19 +3,13 @@
 use super::near_pairs::{NearPair, Search, way_between};
 use super::surfaces::Surfaces;
 use super::swept_tree::SweptTree;
+use super::watch::{Watch, greatest, least_distance, room};
 use crate::geometry::{Point, Vec3};
 use crate::numerics::DisjointSets;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// No pair comes nearer than this, metres: thirty times the rounding of a metre to the `f32` of files.
-const LEAST_DISTANCE: f64 = 3e-6;
-/// Nor nearer than this share of its distance at the start of the step, so that there is always room for the next.
-const LEAST_SHARE: f64 = 0.1;
-/// Pairs that are already nearer, in a jam, stop approaching each other here, metres: five times the rounding of their positions
-/// in files.
-const JAMMED_DISTANCE: f64 = 1e-6;
 /// Rounds in which pairs part by impulses before they are joined to rigid zones. The first 150 frames of a walk in four
 /// layers (the demo) took up to 160 in all; a round looks only at what the one before has moved.
 const ROUNDS: usize = 160;
@@ -112,7 +106,7 @@ impl Step<'_> {
         if active.is_empty() {
             return;
         }
-        let mut of_vertices = PairsOfVertices::prepare(pairs, by.len());
+        let mut watch = Watch::prepare(pairs, by);
         for round in 0..ROUNDS {
             let averages = round >= AVERAGING_ROUND && round % 2 == 1;
             let mut moved: Vec<u32> = Vec::new();
@@ -122,7 +116,7 @@ impl Step<'_> {
                     moved.extend(pair.vertices);
                 }
             }
-            active = too_near(of_vertices.of(&moved), by);
+            active = too_near(watch.of(&moved, by), by);
             if active.is_empty() {
                 return;
             }
@@ -135,7 +129,7 @@ impl Step<'_> {
                 break;
             }
             let moved = zones.move_as_one(self.at, by, |v| self.mass(v));
-            active = too_near(of_vertices.of(&moved), by);
+            active = too_near(watch.of(&moved, by), by);
         }
         corrections.zone_vertices += zones.joined_vertices();
     }
@@ -180,23 +174,20 @@ impl Step<'_> {
         /// Share of the safe time that is used, and the number of times: slow approaches count as too near.
         const ADVANCE: f64 = 0.9;
         const ADVANCES: usize = 64;
+        // The plane between them, moved along, keeps most pairs apart.
+        if room(pair, by) >= 0.0 {
+            return false;
+        }
         let least = least_distance(pair);
         let split = usize::from(pair.split);
         let moves = pair.vertices.map(|v| by[v as usize]);
-        let along = moves.map(|m| pair.normal.dot(&m));
-        let most = |values: &[f64]| values.iter().fold(f64::MIN, |a, &b| a.max(b));
-        let closing = most(&along[..split]) + most(&along.map(|a| -a)[split..]);
-        // The plane between them, moved along, keeps most pairs apart.
-        if closing <= pair.distance - least {
-            return false;
-        }
         let at = pair.vertices.map(|v| self.at[v as usize]);
         let (mut time, mut distance, mut now) = (0.0, pair.distance, at);
         for _ in 0..ADVANCES {
             // What both sides have in common does not bring them nearer: the linear motion of a rotation lets distances grow.
             let common = RigidMotion::of(&now, &moves);
             let own: [f64; 4] = std::array::from_fn(|k| (moves[k] - common.at(&now[k])).norm());
-            let speed = most(&own[..split]) + most(&own[split..]);
+            let speed = greatest(&own[..split]) + greatest(&own[split..]);
             let safe = (distance - least) / speed;
             if time + safe >= 1.0 {
                 return false;
@@ -210,13 +201,6 @@ impl Step<'_> {
         }
         true
     }
-}
-
-/// The distance below which a pair is too near.
-fn least_distance(pair: &NearPair) -> f64 {
-    let usual = (LEAST_SHARE * pair.distance).max(LEAST_DISTANCE);
-    let jammed = (0.9 * pair.distance).max(JAMMED_DISTANCE).min(0.999 * pair.distance);
-    usual.min(jammed)
 }
 
 /// A displacement and a rotation in linear motion, `p + t (shift + turn × (p − center))`: no distance falls at any time,
@@ -258,47 +242,6 @@ impl RigidMotion {
     /// The displacement of a point.
     fn at(&self, p: &Point) -> Vec3 {
         self.shift + self.turn.cross(&(p - self.center))
-    }
-}
-
-/// The pairs of each vertex.
-struct PairsOfVertices {
-    first: Vec<u32>,
-    pairs: Vec<u32>,
-    /// Whether a pair is in the list that is made; one entry per pair.
-    is_listed: Vec<bool>,
-}
-
-impl PairsOfVertices {
-    fn prepare(pairs: &[NearPair], vertices: usize) -> Self {
-        let mut first = vec![0; vertices + 1];
-        pairs.iter().flat_map(|p| p.vertices).for_each(|v| first[v as usize + 1] += 1);
-        for v in 0..vertices {
-            first[v + 1] += first[v];
-        }
-        let (mut next, mut list) = (first.clone(), vec![0; 4 * pairs.len()]);
-        for (k, pair) in pairs.iter().enumerate() {
-            for v in pair.vertices {
-                list[next[v as usize] as usize] = k as u32;
-                next[v as usize] += 1;
-            }
-        }
-        Self { first, pairs: list, is_listed: vec![false; pairs.len()] }
-    }
-
-    /// The pairs of any of the vertices, each once, in ascending order.
-    fn of(&mut self, vertices: &[u32]) -> Vec<u32> {
-        let mut listed = Vec::new();
-        for &v in vertices {
-            for &p in &self.pairs[self.first[v as usize] as usize..self.first[v as usize + 1] as usize] {
-                if !std::mem::replace(&mut self.is_listed[p as usize], true) {
-                    listed.push(p);
-                }
-            }
-        }
-        listed.iter().for_each(|&p| self.is_listed[p as usize] = false);
-        listed.sort_unstable();
-        listed
     }
 }
 
