@@ -100,12 +100,12 @@ pub fn rig(
     check_length("skin weights of the body", Some(body.weights.len()), body.mesh.vertex_count())?;
     let posed_body = with_offsets(&body.posed(&figure.skeleton, &inside.pose), &inside.offsets)?;
     let joints = figure.skeleton.joints_in_world(&inside.pose);
-    let worn = Worn {
+    let on_figure = OnFigure {
         below: Below::prepare(figure, &inside.pose),
         tearing: Tearing::prepare(garment, &figure.skeleton, &inside.pose),
     };
     let (weights, mut report) =
-        transfer(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params, Some(&worn))?;
+        transfer(garment, &posed_body, &body.weights, &figure.skeleton, &joints, params, Some(&on_figure))?;
     let mesh = garment.with_points(unskin(garment.points(), &weights, &figure.skeleton, &inside.pose));
     report.stretch_p99 = stretch(garment, &mesh, 0.99);
     Ok(RiggedGarment { mesh, weights, colors: colors.cloned(), report })
@@ -126,12 +126,12 @@ pub fn skin_garment(
 }
 
 /// What the figure tells of a garment besides the body.
-struct Worn<'a> {
+struct OnFigure<'a> {
     below: Below<'a>,
     tearing: Tearing<'a>,
 }
 
-/// As [`skin_garment`]; with `worn`, weights come from the cloth below, and those that tear cloth are smoothed.
+/// As [`skin_garment`]; with `on_figure`, weights come from the cloth below, too, and those that tear cloth are smoothed.
 fn transfer(
     garment: &TriMesh,
     posed_body: &TriMesh,
@@ -139,7 +139,7 @@ fn transfer(
     skeleton: &Skeleton,
     joints: &[Point],
     params: &RigParams,
-    worn: Option<&Worn>,
+    on_figure: Option<&OnFigure>,
 ) -> Result<(SkinWeights, RigReport), RigError> {
     if garment.face_count() == 0 {
         return Err(RigError::EmptyGarment);
@@ -167,8 +167,8 @@ fn transfer(
         let weights = SkinWeights::from_rows(matches.rows.iter().cloned());
         return Ok((weights.following(body_weights, matches.followed_vertices()), report));
     }
-    if let Some(worn) = worn {
-        worn.below.take_over(garment, &mut matches);
+    if let Some(OnFigure { below, .. }) = on_figure {
+        below.take_over(garment, &mut matches);
     }
     let mut confidence = confidence::match_confidence(&matches, posed_body, params);
     let bridge = leg_bridge::find(garment, &body, skeleton, joints);
@@ -177,7 +177,7 @@ fn transfer(
         SkinWeights::from_rows_of_cloth(rows.0).following(body_weights, matches.followed_vertices())
     };
     let mut rows = inpaint::inpaint(garment, &matches.rows, &confidence, skeleton.len(), params)?;
-    if let Some(Worn { tearing, .. }) = worn {
+    if let Some(OnFigure { tearing, .. }) = on_figure {
         for _ in 0..RELAXATIONS {
             let torn = tearing.find(&as_weights(rows.clone()));
             if !torn.as_slice().contains(&true) {
