@@ -131,7 +131,7 @@ struct OnFigure<'a> {
     tearing: Tearing<'a>,
 }
 
-/// As [`skin_garment`]; with `on_figure`, weights come from the cloth below, too, and those that tear cloth are smoothed.
+/// As [`skin_garment`]; with `on_figure`, weights come from the cloth below where there is any, and those that tear cloth are smoothed.
 fn transfer(
     garment: &TriMesh,
     posed_body: &TriMesh,

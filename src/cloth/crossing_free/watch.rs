@@ -11,6 +11,9 @@ const LEAST_SHARE: f64 = 0.1;
 /// Pairs that are already nearer, in a jam, stop approaching each other here, metres: five times the rounding of their positions
 /// in files.
 const JAMMED_DISTANCE: f64 = 1e-6;
+/// Levels of ways: 0, then from 1 µm on, each twice as far as the one before; the last is 16 mm.
+const LEVELS: u8 = 16;
+
 /// What is left of the distance of a pair, beyond the least, by the motion of its sides along its normal, metres.
 pub(super) fn room(pair: &NearPair, by: &[Vec3]) -> f64 {
     let split = usize::from(pair.split);
@@ -38,21 +41,21 @@ pub(super) struct Watch<'a> {
     pairs: &'a [NearPair],
     /// The displacements at the start.
     start: Vec<Vec3>,
-    /// Per pair, the level of the way that its vertices may move.
+    /// Per pair, the level of the way that each of its vertices may move while the pair stays cold.
     levels: Vec<u8>,
-    /// The pairs of each vertex, those with the least room first, and how far the vertex has come in its list.
-    first: Vec<u32>,
-    next: Vec<u32>,
+    /// The pairs of each vertex, one vertex after another, those with the least room first.
     list: Vec<u32>,
+    /// Where the part of each vertex begins in the list, and one end.
+    first: Vec<u32>,
+    /// The first pair of each vertex's part that is not yet known to be hot.
+    next: Vec<u32>,
+    /// Whether a pair is no longer cold; one entry per pair.
     is_hot: Vec<bool>,
-    /// The pairs of each vertex that are no longer cold.
+    /// The hot pairs of each vertex.
     hot: Vec<Vec<u32>>,
     /// Whether a pair is in the list that is made; one entry per pair.
     is_listed: Vec<bool>,
 }
-
-/// Levels of ways: 0, then from 1 µm on, each twice as far as the one before.
-const LEVELS: u8 = 16;
 
 /// The least way of a level, in metres.
 fn way_of(level: u8) -> f64 {
