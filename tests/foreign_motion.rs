@@ -54,7 +54,7 @@ fn limbs_of_foreign_rigs_are_within_a_millimetre_of_forward_kinematics() {
         let motion = read_bvh(std::fs::File::open(&file).unwrap()).unwrap();
         rigs.insert(motion.joints.len());
         let clip = Clip::new("x", motion.clone());
-        let plain = MotionParams { ease_secs: 0.0, plant: false, limits: false };
+        let plain = MotionParams { ease_secs: 0.0, plant: false, limits: false, clear: false };
         let (track, report) = follow(&clip, &figure, None, None, &plain).unwrap();
         let at = |names: [String; 2]| {
             let find = |name: &String| motion.joints.iter().position(|joint| joint.name == *name);

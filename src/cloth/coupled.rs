@@ -27,8 +27,6 @@ const DRAFT_DEG: f64 = 36.0;
 /// A joint that turns further within a frame, degrees, or a root that moves farther, metres, jumps: skin takes cloth along, at rest.
 const JUMP_DEG: f64 = 60.0;
 const JUMP: f64 = 0.5;
-/// See [`ConstraintSolver::new`].
-const BODY_SHARE: f64 = 0.02;
 /// Iterations of the constraints per step.
 const ITERATIONS: usize = 5;
 /// Coefficient of friction. Cloth that is squeezed between arm and trunk by skinning would be dragged along by more.
@@ -108,8 +106,7 @@ impl<'a> Simulation<'a> {
         };
         let frequency = figure.layers.iter().flat_map(|layer| frequencies(layer, params, mode)).collect();
         let forces = Forces::Balanced(elastic);
-        let mut solver =
-            ConstraintSolver::new(surfaces, forces, inverse_mass, frequency, (FRICTION, ITERATIONS), BODY_SHARE);
+        let mut solver = ConstraintSolver::new(surfaces, forces, inverse_mass, frequency, (FRICTION, ITERATIONS));
         solver.damping = params.damping;
         Ok(Self { figure, skinning, solver, physics, last: None })
     }

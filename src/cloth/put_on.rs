@@ -10,8 +10,6 @@ use crate::geometry::{PerVertex, Point, TriMesh, Vec3, VertexId};
 
 /// Iterations of the constraints per step: nothing but them holds the cloth against its weight.
 const ITERATIONS: usize = 24;
-/// See [`ConstraintSolver::new`]: cloth between arm and trunk slips out. With 0.02 skin gave way by 6 mm there (a pullover).
-const BODY_SHARE: f64 = 0.002;
 /// Coefficient of friction of cloth that cannot slide.
 const STICKY: f64 = 2.0;
 
@@ -86,7 +84,6 @@ pub fn put_on(
         inverse_mass,
         vec![0.0; count],
         (cloth.fabric.friction, ITERATIONS),
-        BODY_SHARE,
     );
     let mean_height =
         |of: &dyn Fn(usize) -> f64| band.iter().map(|v| of(v.index())).sum::<f64>() / band.len().max(1) as f64;

@@ -99,7 +99,7 @@ mod tests {
     }
 
     fn only_retargeted() -> MotionParams {
-        MotionParams { ease_secs: 0.0, plant: false, limits: false }
+        MotionParams { ease_secs: 0.0, plant: false, limits: false, clear: false }
     }
 
     /// Per joint the rotation from the bind pose to a T-pose: arms to the sides, legs straight down.

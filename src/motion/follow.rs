@@ -1,6 +1,7 @@
 //! The whole way from a clip to the poses of a figure.
 
 use super::aligned::{about_vertical, heading};
+use super::clearance::clear_arms;
 use super::clip::Clip;
 use super::ease::lead_in;
 use super::error::MotionError;
@@ -30,6 +31,8 @@ const MOST_FRAMES: usize = 108_000;
 const MOST_LIMITED: f64 = 0.15;
 /// Jumps of the whole body that are reported one by one.
 const JUMPS_REPORTED: usize = 3;
+/// Turn of an arm that is reported, degrees.
+const LEAST_CLEARED_DEG: f64 = 3.0;
 /// Time over which a body is raised that would touch the floor, in seconds.
 const RAISE_SECS: f64 = 0.2;
 
@@ -42,6 +45,8 @@ pub struct MotionReport {
     pub stances: usize,
     /// Joints beyond their limits, over all frames.
     pub limited_joints: usize,
+    /// The furthest that an arm was turned outward to be clear of the clothes, in degrees.
+    pub cleared_deg: f64,
     /// The furthest that the body was raised above the floor, in metres.
     pub raised: f64,
     /// The furthest that the hips sank for legs that are too short, in metres.
@@ -102,6 +107,15 @@ pub fn follow(
     let anatomy = params.limits.then(|| Anatomy::new(skeleton));
     if let Some(anatomy) = &anatomy {
         report.limited_joints = limit(anatomy, &mut poses);
+    }
+    if params.clear {
+        report.cleared_deg = clear_arms(figure, &mut poses, fps);
+    }
+    if report.cleared_deg >= LEAST_CLEARED_DEG {
+        report.findings.push(format!(
+            "arms are held up to {:.0}° farther out, so that they are not inside the clothes",
+            report.cleared_deg
+        ));
     }
     let ground = Ground::of(figure);
     if let Some(drift) = without_drift(skeleton, &ground, &mut poses, fps) {

@@ -82,7 +82,7 @@ mod tests {
         let live = LiveRetargeter::try_new(&figure().skeleton, motion.clone()).unwrap();
         let pose = |frame: &Vec<RawTransform>| if limits { live.pose(frame) } else { live.pose_beyond_limits(frame) };
         let found: Vec<Pose> = motion.frames.iter().map(pose).collect();
-        let params = MotionParams { ease_secs: 0.0, plant: false, limits };
+        let params = MotionParams { ease_secs: 0.0, plant: false, limits, clear: false };
         let track = follow(&Clip::new("x", motion.clone()), figure(), None, None, &params).unwrap().0;
         differences(&found, &track.poses)
     }

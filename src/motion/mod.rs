@@ -3,6 +3,7 @@
 mod alias_tables;
 mod aligned;
 mod built_in;
+mod clearance;
 mod clip;
 mod contacts;
 mod ease;

@@ -13,5 +13,7 @@ parameters! {
         pub plant: bool = true, Allowed::Flag, "Keep feet that rest on the floor in place";
         /// Rigs without limits of their own bend joints further than people can.
         pub limits: bool = true, Allowed::Flag, "Keep joints within the limits of people";
+        /// The person of a clip was slimmer, or wore less.
+        pub clear: bool = true, Allowed::Flag, "Keep arms out of the trunk, the legs, and what they wear";
     }
 }

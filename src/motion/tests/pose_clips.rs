@@ -11,7 +11,7 @@ use nalgebra::UnitQuaternion;
 
 /// Nothing but retargeting.
 fn plain() -> MotionParams {
-    MotionParams { ease_secs: 0.0, plant: false, limits: false }
+    MotionParams { ease_secs: 0.0, plant: false, limits: false, clear: false }
 }
 
 /// The poses as a recording of them has them.

@@ -13,7 +13,7 @@ use crate::motion::{Clip, FrameRange, MotionParams, PoseTrack, follow};
 
 /// Nothing but retargeting.
 fn plain() -> MotionParams {
-    MotionParams { ease_secs: 0.0, plant: false, limits: false }
+    MotionParams { ease_secs: 0.0, plant: false, limits: false, clear: false }
 }
 
 fn followed(motion: RawMotion) -> PoseTrack {

@@ -32,7 +32,7 @@ use serde::Serialize;
 /// Buttons and other parts, bound to the garment.
 const TRIM: Code = Code::new(Stage::Trim, 1);
 /// A garment at rest takes the place of one that is cut from a scan; its code has a version of its own.
-const REST: Code = Code::new(Stage::Cut, 14);
+const REST: Code = Code::new(Stage::Cut, 15);
 
 #[derive(Serialize)]
 struct PoseInputs {

@@ -16,7 +16,7 @@ use crate::stack::on_floor;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-pub(in crate::session::pipeline) const ANIMATE: Code = Code::new(Stage::Animate, 3);
+pub(in crate::session::pipeline) const ANIMATE: Code = Code::new(Stage::Animate, 4);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
@@ -76,6 +76,7 @@ pub(in crate::session::pipeline) fn run(
         .measured("lead_frames", lead as f64)
         .measured("stances", report.stances as f64)
         .measured("limited_joints", report.limited_joints as f64)
+        .measured("cleared_deg", report.cleared_deg)
         .measured("raised_mm", report.raised * 1e3)
         .measured("sunk_mm", report.sunk * 1e3)
         .found(report.findings.into_iter().filter(|_| is_foreign)))
