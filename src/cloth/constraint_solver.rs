@@ -5,6 +5,7 @@ use super::crossing_free::safe_motion::Step;
 use super::crossing_free::surfaces::Surfaces;
 use super::crossing_free::swept_tree::SweptTree;
 use super::elastic::Elastic;
+use super::shortened::shortened;
 use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::{Spring, satisfy_all};
 use crate::geometry::{Point, Vec3};
@@ -328,10 +329,4 @@ fn depth_of(pair: &NearPair, to: &[Point]) -> f64 {
     let each = pair.vertices.iter().zip(pair.weights);
     let distance: f64 = each.map(|(&v, w)| f64::from(w) * pair.normal.dot(&to[v as usize].coords)).sum();
     f64::from(pair.gap) - distance
-}
-
-/// `v`, or shorter in the same direction.
-pub(super) fn shortened(v: Vec3, most: f64) -> Vec3 {
-    let length = v.norm();
-    if length > most { v * (most / length) } else { v }
 }

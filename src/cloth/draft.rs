@@ -1,8 +1,9 @@
 //! Cloth that is fast enough to watch while a figure moves. Each vertex keeps to its side of the nearest face of the surfaces
 //! beneath and above it, which are followed from frame to frame instead of searched: layers may cross.
 
-use super::constraint_solver::{ConstraintSolver, shortened};
+use super::constraint_solver::ConstraintSolver;
 use super::crossing_free::surfaces::Surfaces;
+use super::shortened::shortened;
 use super::skin_step::SkinStep;
 use super::springs::{Spring, satisfy_all};
 use crate::geometry::{Point, SurfaceIndex, TriMesh, Vec3, closest_on_triangle};

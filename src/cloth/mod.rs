@@ -30,6 +30,7 @@ mod mode;
 #[cfg(test)]
 mod modes_tests;
 mod put_on;
+mod shortened;
 mod simulate;
 mod skin_step;
 mod springs;

@@ -23,7 +23,7 @@ const PROBE_CELL: f64 = 0.012;
 /// chest, is where the clip wants it. Degrees.
 const FULL_DEG: f64 = 20.0;
 const NONE_DEG: f64 = 36.0;
-/// An arm this close to the sideways direction does not hang beside the trunk: sine of the angle.
+/// An arm that points sideways is not turned further: sine of the angle between.
 const LEAST_SINE: f64 = 0.25;
 /// Least lever of a vertex about the shoulder, metres.
 const LEAST_LEVER: f64 = 0.1;
@@ -144,7 +144,7 @@ struct Hinge {
 }
 
 impl Hinge {
-    /// `None` for an arm that points sideways already, and in a skeleton without it.
+    /// `None` for an arm that points sideways, and in a skeleton without it.
     fn of(skeleton: &Skeleton, pose: &Pose, side: Side) -> Option<Self> {
         let world = skeleton.world_from_bind(pose);
         let at = |j: JointId| world[j.index()] * skeleton.joints_in_bind[j.index()];
@@ -152,7 +152,7 @@ impl Hinge {
         let outward = Axes::of(skeleton, &world)?.axes * Vec3::new(side.sign(), 0.0, 0.0);
         let along = (at(hand) - at(joint)).try_normalize(1e-9)?;
         let axis = Unit::try_new(along.cross(&outward), LEAST_SINE)?;
-        (along.dot(&outward) < LEAST_SINE.sqrt()).then_some(Self { joint, shoulder: at(joint), axis })
+        Some(Self { joint, shoulder: at(joint), axis })
     }
 }
 
