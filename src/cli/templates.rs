@@ -102,6 +102,8 @@ fn show(name: &str, context: &Context) -> anyhow::Result<Done> {
         .line(format!("  pieces          {}", template.pieces))
         .line(format!("  opens in front  {}", yes_or_no(template.opens_in_front)))
         .line(format!("  bridges legs    {}", yes_or_no(template.bridges_legs)))
+        .line(format!("  face is free    {}", yes_or_no(template.leaves_face_free)))
+        .line(format!("  grows on body   {}", yes_or_no(template.grows)))
         .line(format!("  fabric          {}", template.fabric))
         .line(format!("  rank            {}", template.rank))
         .line(format!("  painted         {}", yes_or_no(template.is_painted())))
@@ -188,6 +190,8 @@ fn as_json(template: &GarmentTemplate) -> Value {
         "pieces": template.pieces,
         "opens_in_front": template.opens_in_front,
         "bridges_legs": template.bridges_legs,
+        "leaves_face_free": template.leaves_face_free,
+        "grows": template.grows,
         "fabric": template.fabric,
         "rank": template.rank,
         "painted": template.is_painted(),

@@ -144,7 +144,7 @@ pub struct GarmentTemplate {
     pub grows: bool,
     /// Whether it surrounds the head and leaves the face free, as a hood does.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub(super) leaves_face_free: bool,
+    pub leaves_face_free: bool,
     #[serde(default)]
     pub(super) until: MovedEnd,
     pub(super) trunk: Option<TrunkCover>,
