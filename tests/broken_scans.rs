@@ -1,6 +1,6 @@
 //! Scans with faults that the triangles tell, and scans that lack what the garment needs.
 
-use crate::common::{body_of_demo, demo_mesh, overcoat, overcoat_ok, write_mesh};
+use crate::common::{body_of_demo, demo_mesh, demo_tshirt_as_thin_as_a_pole, overcoat, overcoat_ok, write_mesh};
 use overcoat::formats::{RawMesh, read_ply};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -76,12 +76,7 @@ fn a_hem_that_the_scan_does_not_show_is_named_with_its_height() {
 #[test]
 fn cloth_inside_the_body_is_refused_and_the_body_stays() {
     let dir = tempfile::tempdir().unwrap();
-    let mut scan = tshirt();
-    // The trunk is as thin as a pole.
-    for p in scan.points.iter_mut().filter(|p| (0.8..1.3).contains(&p[1]) && p[0].abs() < 0.25) {
-        (p[0], p[2]) = (0.2 * p[0], 0.2 * p[2]);
-    }
-    let session = session_of(dir.path(), &scan);
+    let session = session_of(dir.path(), &demo_tshirt_as_thin_as_a_pole());
     let build = overcoat(&session, &["build"]);
     assert_eq!(build.code, 1, "{build:?}");
     assert!(build.stderr.contains("step 'tshirt', pose: the figure does not fit into this scan"), "{build:?}");

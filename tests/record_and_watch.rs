@@ -2,7 +2,7 @@
 //! scans.
 #![cfg(unix)]
 
-use crate::common::{copy_folder, fingerprint, overcoat_ok};
+use crate::common::{copy_folder, demo_tshirt_as_thin_as_a_pole, fingerprint, overcoat_ok, write_mesh};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -231,6 +231,23 @@ fn a_saved_mask_is_cut_at_once_and_a_bad_one_is_reported_and_skipped() {
     assert_eq!(verdict, format!("  tshirt: {}", again["steps"][1]["verdict"].as_str().unwrap()));
     overcoat_ok(&session, &["build", "--force", "tshirt", "-q"]);
     assert_eq!(fingerprint(&session.join("artefacts")), artefacts);
+}
+
+#[test]
+fn a_garment_is_watched_while_another_one_cannot_be_built() {
+    let (dir, chest) = copied("another");
+    let session = dir.join("alice");
+    let pole = write_mesh(dir.join("pole.ply"), &demo_tshirt_as_thin_as_a_pole());
+    overcoat_ok(&session, &["scan", "vest", pole.to_str().unwrap(), "--template", "vest"]);
+    let mut child = spawn(&session, &["watch", "tshirt", "../fix.jsonl", "--changes", "1", "--cut-only"]);
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    line_with(&mut lines, "watching ../fix.jsonl");
+    let error = BufReader::new(child.stderr.take().unwrap()).lines().next().unwrap().unwrap();
+    assert!(error.starts_with("error: step 'vest', pose: "), "{error}");
+    std::fs::write(dir.join("fix.jsonl"), stroke("erase", 0.02, chest)).unwrap();
+    line_with(&mut lines, "fix.jsonl saved; tshirt cut again");
+    line_with(&mut lines, "watched 1 change");
+    assert!(child.wait().unwrap().success());
 }
 
 #[test]

@@ -9,6 +9,7 @@ use crate::session::{
 };
 use serde_json::{Value, json};
 use signal_hook::consts::{SIGINT, SIGTERM};
+use std::collections::BTreeSet;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -183,17 +184,29 @@ impl<'a> Watch<'a> {
     }
 
     /// Builds the stages that are out of date before the first change, and loads everything that a recut needs.
-    fn warm(&mut self) -> anyhow::Result<()> {
+    fn warm(&self) -> anyhow::Result<()> {
         let mut writer = Writer::open(&self.context.session)?;
         writer.remember(&self.memory);
-        let built = writer.build(&Forced::Nothing, &mut |_| {})?;
-        if built.reports.iter().any(|r| r.ran) {
+        if let Some(built) = self.unless_failed(writer.build(&Forced::Nothing, &mut |_| {}))?
+            && built.reports.iter().any(|r| r.ran)
+        {
             self.say_verdicts(&built.verdicts);
         }
-        for layer in self.files.iter().map(|w| w.layer.clone()).collect::<std::collections::BTreeSet<_>>() {
-            writer.recut(&layer, &mut |_| {})?;
+        for layer in self.files.iter().map(|w| &w.layer).collect::<BTreeSet<_>>() {
+            self.unless_failed(writer.recut(layer, &mut |_| {}))?;
         }
         Ok(())
+    }
+
+    /// A garment that cannot be built is reported: another one may be watched, or the mask to come may correct it.
+    fn unless_failed<T>(&self, done: Result<T, SessionError>) -> Result<Option<T>, SessionError> {
+        match done {
+            Err(e @ SessionError::Stage { .. }) => {
+                self.say_error(&e.to_string());
+                Ok(None)
+            }
+            done => done.map(Some),
+        }
     }
 
     /// Applies the files saved since the last check.
@@ -211,9 +224,7 @@ impl<'a> Watch<'a> {
             // An invalid file is reported and the session stays unchanged; the next save may correct it.
             if let Err(e) = taken {
                 self.log.push(json!({ "layer": layer, "file": path.display().to_string(), "error": e.to_string() }));
-                if self.context.console.verbosity > Verbosity::Quiet {
-                    print_aside(&format!("error: {}", failure::one_line(&e.to_string())));
-                }
+                self.say_error(&e.to_string());
             }
         }
     }
@@ -286,15 +297,19 @@ impl<'a> Watch<'a> {
     fn unless_closed(&mut self, shown: Option<Result<(), SessionError>>) {
         if let Some(Err(e)) = shown {
             self.viewer = None;
-            if self.context.console.verbosity > Verbosity::Quiet {
-                print_aside(&format!("error: {}; the viewer is no longer updated", failure::one_line(&e.to_string())));
-            }
+            self.say_error(&format!("{e}; the viewer is no longer updated"));
         }
     }
 
     /// Says the verdict on each step, as `build` does.
     fn say_verdicts(&self, verdicts: &[StepVerdict]) {
         verdicts.iter().for_each(|step| self.say(&format!("  {}", verdicts::line(step))));
+    }
+
+    fn say_error(&self, text: &str) {
+        if self.context.console.verbosity > Verbosity::Quiet {
+            print_aside(&format!("error: {}", failure::one_line(text)));
+        }
     }
 
     fn say(&self, line: &str) {

@@ -4,8 +4,8 @@ pub mod glb;
 mod sessions;
 
 pub use sessions::{
-    Built, body_of_demo, built_outfit, built_quick_session, coarse_session, demo, demo_mesh, demo_scan, outfit_a,
-    outfit_scanned,
+    Built, body_of_demo, built_outfit, built_quick_session, coarse_session, demo, demo_mesh, demo_scan,
+    demo_tshirt_as_thin_as_a_pole, outfit_a, outfit_scanned,
 };
 
 use overcoat::body::embedded_model;
