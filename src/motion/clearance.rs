@@ -5,8 +5,8 @@
 
 use super::smooth::envelope;
 use crate::body::HumanJoint::{Hand, Head, Hips, Neck, Shoulder, UpperArm, UpperChest};
-use crate::body::{Figure, JointId, Pose, Side, Skeleton, SkinRow};
-use crate::geometry::{Point, Vec3};
+use crate::body::{Figure, JointId, Pose, Side, Skeleton, SkinRow, SkinWeights, skin};
+use crate::geometry::{PerVertex, Point, Vec3};
 use nalgebra::{Isometry3, Unit, UnitQuaternion};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -34,13 +34,16 @@ const SETTLED: f64 = 1e-3;
 /// Time over which an arm is brought out and back, seconds.
 const SMOOTH_SECS: f64 = 0.2;
 
-/// A vertex in the bind pose with its joints.
-type Probe = (Point, SkinRow);
-
 /// The vertices of both arms, and of trunk and legs, in all layers.
 struct Parts {
-    arms: [Vec<Probe>; 2],
-    trunk: Vec<Probe>,
+    arms: [Vertices; 2],
+    trunk: Vertices,
+}
+
+/// Vertices in the bind pose.
+struct Vertices {
+    points: PerVertex<Point>,
+    weights: SkinWeights,
 }
 
 /// Turns arms outward that are inside the trunk, the legs, or what they wear. **Returns** the greatest turn, degrees.
@@ -74,7 +77,7 @@ impl Parts {
             row.iter().filter(|(j, _)| is_own(j.index())).map(|(_, w)| w).sum()
         };
         let is_trunk = |j: usize| !left[j] && !right[j] && upper.iter().all(|part| !part[j]);
-        let mut parts = Self { arms: [Vec::new(), Vec::new()], trunk: Vec::new() };
+        let (mut arms, mut trunk) = ([Vec::new(), Vec::new()], Vec::new());
         let mut taken = BTreeSet::new();
         for (layer_number, layer) in figure.layers.iter().enumerate() {
             for (&point, row) in layer.mesh.points().iter().zip(layer.weights.rows().iter()) {
@@ -82,26 +85,29 @@ impl Parts {
                 if let Some(side) = arm {
                     let cell = (point.coords / PROBE_CELL).map(|x| x.floor() as i64);
                     if taken.insert((layer_number, cell.x, cell.y, cell.z)) {
-                        parts.arms[side].push((point, *row));
+                        arms[side].push((point, *row));
                     }
                 } else if share(row, &is_trunk) > OWN {
-                    parts.trunk.push((point, *row));
+                    trunk.push((point, *row));
                 }
             }
         }
-        parts
+        Self { arms: arms.map(Vertices::of), trunk: Vertices::of(trunk) }
     }
 
     /// By how much each arm has to turn outward, radians.
     fn turns(&self, skeleton: &Skeleton, pose: &Pose) -> [f64; 2] {
         let world = skeleton.world_from_bind(pose);
         let Some(axes) = Axes::of(skeleton, &world) else { return [0.0; 2] };
-        let trunk: Vec<Vec3> = self.trunk.iter().map(|probe| axes.of_point(&posed(probe, &world))).collect();
-        let turn = |side: Side, arm: &[Probe]| {
-            let hinge = Hinge::of(skeleton, pose, side)?;
+        let in_trunk = |part: &Vertices| -> Vec<Vec3> {
+            skin(&part.points, &part.weights, skeleton, pose).iter().map(|p| axes.of_point(p)).collect()
+        };
+        let trunk = in_trunk(&self.trunk);
+        let turn = |side: Side, arm: &Vertices| {
+            let hinge = Hinge::of(skeleton, &world, &axes, side)?;
             let relief = Relief::of(&trunk, side.sign());
             let (shoulder, axis) = (axes.of_point(&hinge.shoulder), axes.of_vector(&hinge.axis));
-            let levers: Vec<Vec3> = arm.iter().map(|probe| axes.of_point(&posed(probe, &world)) - shoulder).collect();
+            let levers: Vec<Vec3> = in_trunk(arm).iter().map(|p| p - shoulder).collect();
             Some(relief.turn(&shoulder, &axis, &levers))
         };
         let mut turns = [0.0; 2];
@@ -109,6 +115,13 @@ impl Parts {
             *found = turn(side, arm).unwrap_or_default();
         }
         turns
+    }
+}
+
+impl Vertices {
+    fn of(vertices: Vec<(Point, SkinRow)>) -> Self {
+        let (points, rows): (Vec<Point>, Vec<SkinRow>) = vertices.into_iter().unzip();
+        Self { points: points.into(), weights: SkinWeights::from_rows_of_cloth(rows.into_iter().map(Vec::from)) }
     }
 }
 
@@ -146,11 +159,10 @@ struct Hinge {
 
 impl Hinge {
     /// `None` for an arm that points sideways, and in a skeleton without it.
-    fn of(skeleton: &Skeleton, pose: &Pose, side: Side) -> Option<Self> {
-        let world = skeleton.world_from_bind(pose);
+    fn of(skeleton: &Skeleton, world: &[Isometry3<f64>], axes: &Axes, side: Side) -> Option<Self> {
         let at = |j: JointId| world[j.index()] * skeleton.joints_in_bind[j.index()];
         let (joint, hand) = (skeleton.find(UpperArm(side))?, skeleton.find(Hand(side))?);
-        let outward = Axes::of(skeleton, &world)?.axes * Vec3::new(side.sign(), 0.0, 0.0);
+        let outward = axes.axes * Vec3::new(side.sign(), 0.0, 0.0);
         let along = (at(hand) - at(joint)).try_normalize(1e-9)?;
         let axis = Unit::try_new(along.cross(&outward), LEAST_SINE)?;
         Some(Self { joint, shoulder: at(joint), axis })
@@ -159,8 +171,9 @@ impl Hinge {
 
 /// Turns an arm outward about its shoulder, by an angle in radians.
 fn turn_out(skeleton: &Skeleton, pose: &mut Pose, side: Side, angle: f64) {
-    let Some(Hinge { joint, axis, .. }) = Hinge::of(skeleton, pose, side) else { return };
     let world = skeleton.world_from_bind(pose);
+    let hinge = Axes::of(skeleton, &world).and_then(|axes| Hinge::of(skeleton, &world, &axes, side));
+    let Some(Hinge { joint, axis, .. }) = hinge else { return };
     let above = skeleton.parents[joint.index()].map_or_else(UnitQuaternion::identity, |j| world[j.index()].rotation);
     let turned = UnitQuaternion::from_axis_angle(&axis, angle) * above * pose.rotations[joint.index()];
     pose.rotations[joint.index()] = above.inverse() * turned;
@@ -238,11 +251,6 @@ impl Relief {
 /// The cell of a place by height and depth.
 fn cell_of(p: &Vec3) -> [i64; 2] {
     [p.y, p.z].map(|x| (x / CELL).floor() as i64)
-}
-
-fn posed((point, row): &Probe, world: &[Isometry3<f64>]) -> Point {
-    let moved = row.iter().take_while(|(_, w)| *w > 0.0);
-    Point::from(moved.map(|(j, w)| (world[j.index()] * point).coords * *w).sum::<Vec3>())
 }
 
 #[cfg(test)]
