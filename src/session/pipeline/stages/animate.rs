@@ -16,7 +16,7 @@ use crate::stack::on_floor;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-pub(in crate::session::pipeline) const ANIMATE: Code = Code::new(Stage::Animate, 5);
+pub(in crate::session::pipeline) const ANIMATE: Code = Code::new(Stage::Animate, 6);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
