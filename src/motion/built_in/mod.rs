@@ -19,10 +19,12 @@ pub fn built_in_clip(name: &str) -> Option<Clip> {
     Some(Clip::new(name, built_in_motion(name)?))
 }
 
-/// The built-in clips for a prior of poses: the squat is as deep as people squat.
+/// The built-in clips for a prior of poses: the squat is as deep as people squat, and the turn twists the legs. Cloth needs
+/// neither, and a clip that changes for its sake leaves the bodies of photos as they are.
 pub fn clips_of_prior() -> Vec<Clip> {
     let deep = |name: &str| match name {
         "squat" => Some(Clip::new(name, puppet::motion(name, &squat::poses(&squat::DEEP)))),
+        "turn" => Some(Clip::new(name, puppet::motion(name, &turn::poses(&turn::LONG)))),
         _ => built_in_clip(name),
     };
     BUILT_IN_CLIPS.into_iter().filter_map(deep).collect()
@@ -32,7 +34,7 @@ pub fn clips_of_prior() -> Vec<Clip> {
 pub(super) fn built_in_motion(name: &str) -> Option<RawMotion> {
     let poses = match name {
         "walk" => walk::poses(),
-        "turn" => turn::poses(),
+        "turn" => turn::poses(&turn::SHORT),
         "squat" => squat::poses(&squat::HALF),
         "idle" => idle::poses(),
         _ => return None,

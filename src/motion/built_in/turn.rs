@@ -13,24 +13,33 @@ use nalgebra::UnitQuaternion;
 const HEADING: [(f64, f64); 4] = [(1.1, 0.0), (4.3, 360.0), (5.3, 360.0), (8.5, 0.0)];
 /// Abduction of the arms in degrees: a little above level.
 const ARMS: [(f64, f64); 4] = [(0.2, 12.0), (1.2, 98.0), (8.7, 98.0), (9.8, 12.0)];
-/// Seconds per step. With 0.32, and the feet 20 cm apart, the knees of a foreign man crossed, and a leg gave way to his trousers by 28 mm.
-const STEP_SECS: f64 = 0.24;
 /// Share of the time between two steps of a foot in which it is in the air.
 const SWING_SHARE: f64 = 0.45;
 /// Height of a step in metres.
 const STEP_HEIGHT: f64 = 0.06;
-/// Half of the distance between the feet, in metres.
-const HALF_BASE: f64 = HALF_HIPS + 0.05;
 /// Degrees by which each foot points outward.
 const OUTWARD: f64 = 8.0;
 
-pub(super) fn poses() -> Vec<Pose> {
-    (0..FRAMES).map(|frame| pose(frame as f64 / FPS)).collect()
+/// How the feet follow the hips.
+pub(super) struct Steps {
+    /// Seconds per step.
+    secs: f64,
+    /// Half of the distance between the feet, in metres.
+    half_base: f64,
 }
 
-fn pose(secs: f64) -> Pose {
+/// Steps that keep the knees of broad figures apart.
+pub(super) const SHORT: Steps = Steps { secs: 0.24, half_base: HALF_HIPS + 0.05 };
+/// Feet that are up to 50° behind the hips. The knees of a foreign man crossed, and a leg gave way to his trousers by 28 mm.
+pub(super) const LONG: Steps = Steps { secs: 0.32, half_base: HALF_HIPS + 0.015 };
+
+pub(super) fn poses(steps: &Steps) -> Vec<Pose> {
+    (0..FRAMES).map(|frame| pose(steps, frame as f64 / FPS)).collect()
+}
+
+fn pose(steps: &Steps, secs: f64) -> Pose {
     let mut puppet = Puppet::new();
-    let (feet, heading) = (Side::BOTH.map(|side| foot(side, secs)), through(&HEADING, secs));
+    let (feet, heading) = (Side::BOTH.map(|side| foot(steps, side, secs)), through(&HEADING, secs));
     // The hips are lower while they turn, and over the foot that stands.
     let speed = (through(&HEADING, secs + 0.05) - through(&HEADING, secs - 0.05)) / 0.1;
     let bend = smoothstep(speed.abs() / 120.0);
@@ -70,9 +79,9 @@ impl Placed {
 }
 
 /// A foot at a time. It stands where the hips are in the middle of its rest, and steps to the next such place.
-fn foot(side: Side, secs: f64) -> Placed {
-    let period = 2.0 * STEP_SECS;
-    let offset = if side == Side::Left { 0.0 } else { STEP_SECS };
+fn foot(steps: &Steps, side: Side, secs: f64) -> Placed {
+    let period = 2.0 * steps.secs;
+    let offset = if side == Side::Left { 0.0 } else { steps.secs };
     let cycle = ((secs - offset) / period).floor();
     let start = cycle * period + offset;
     let heading_of = |start: f64| {
@@ -85,7 +94,7 @@ fn foot(side: Side, secs: f64) -> Placed {
     let heading = from + (to - from) * smoothstep(share);
     let lifted = moves * 4.0 * share * (1.0 - share) * STEP_HEIGHT;
     let turn = about_vertical(heading.to_radians());
-    let place = turn * Vec3::new(HALF_BASE * side.sign(), 0.0, 0.0);
+    let place = turn * Vec3::new(steps.half_base * side.sign(), 0.0, 0.0);
     let rotation = turn * about_vertical((OUTWARD * side.sign()).to_radians());
     Placed { ankle: Point::new(place.x, ANKLE + lifted, place.z), rotation, heading, lifted }
 }
