@@ -4,6 +4,14 @@ use super::fabric::Fabric;
 use super::layer::ClothLayer;
 use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3, VertexId};
 
+/// Share of its stiffness with which a spring of [`stretch_springs`] resists being shortened: cloth that is pressed together buckles, in
+/// folds narrower than its triangles. At 1 the sleeves of a foreign man's jacket did not give way in the armpits and stood off the arms
+/// that came down, stretched across by 25 % (99th percentile of edges); at 0.1 his pullover was, by 13 %; at 0.2 and 0.3 all by at most 4 %.
+const SHORTENED_SHARE: f64 = 0.2;
+/// Springs that give way across let cloth narrow where it is pulled, and lengthen more: by 1 / 0.69 across the springs of equilateral
+/// triangles, by 1 along them. So much stiffer they lengthen as the fabric in the mean of both.
+const STIFFER: f64 = 1.22;
+
 /// A distance constraint between two vertices.
 pub(super) struct Spring {
     pub ends: [u32; 2],
@@ -41,14 +49,14 @@ pub(super) fn springs_of(layer: &ClothLayer, step_secs: f64) -> Vec<Spring> {
 
 /// A spring per edge, against stretch.
 ///
-/// A mesh of equilateral triangles stretches as a sheet of the fabric's resistance does; others nearly so.
+/// A mesh of equilateral triangles stretches as a sheet of the fabric's resistance does, in the mean of two directions.
 pub(super) fn stretch_springs(rest: &TriMesh, fabric: &Fabric) -> Vec<Spring> {
     let (points, adjacency) = (rest.points(), Adjacency::prepare(rest));
     let spring = |&([a, b], faces): &([VertexId; 2], [Option<FaceId>; 2])| {
         let length = (points[a] - points[b]).norm();
         let areas: f64 = faces.iter().flatten().map(|&f| rest.face_area(f)).sum();
         // Slivers are neither strings nor rods.
-        let stiffness = fabric.stretch * (areas / (length * length).max(1e-12)).clamp(0.01, 100.0);
+        let stiffness = STIFFER * fabric.stretch * (areas / (length * length).max(1e-12)).clamp(0.01, 100.0);
         Spring { ends: [a.0, b.0], length, stiffness, softness: 0.0 }
     };
     adjacency.edges().iter().map(spring).collect()
@@ -65,7 +73,13 @@ impl Spring {
     pub fn pull(&self, at: &[Point]) -> Vec3 {
         let [a, b] = self.ends.map(|v| at[v as usize]);
         let (way, length) = (b - a, (b - a).norm());
-        if length < 1e-9 { Vec3::zeros() } else { way * (self.stiffness * (length - self.length) / length) }
+        let stiffness = self.stiffness * self.share_at(length);
+        if length < 1e-9 { Vec3::zeros() } else { way * (stiffness * (length - self.length) / length) }
+    }
+
+    /// The share of its stiffness that it has at a length.
+    fn share_at(&self, length: f64) -> f64 {
+        if length < self.length { SHORTENED_SHARE } else { 1.0 }
     }
 
     /// Prepares for steps of another length.
@@ -76,11 +90,12 @@ impl Spring {
     /// What it pulled if its force is that of its length: see [`satisfy_with`](Self::satisfy_with).
     pub fn pulled(&self, at: &[Point]) -> f64 {
         let [a, b] = self.ends.map(|v| at[v as usize]);
-        ((b - a).norm() - self.length) / self.softness
+        let length = (b - a).norm();
+        (length - self.length) * self.share_at(length) / self.softness
     }
 
-    /// Moves the two ends towards the rest length, the lighter by more. Not by way of [`Self::satisfy_with`]: the cloth of synthetic
-    /// subjects depends on its rounding.
+    /// Moves the two ends towards the rest length, the lighter by more, as stiff when it is shorter. Not by way of
+    /// [`Self::satisfy_with`]: the cloth of synthetic subjects depends on it.
     pub fn satisfy(&self, at: &mut [Point], inverse_mass: &[f64]) {
         let [a, b] = self.ends.map(|v| v as usize);
         let both = inverse_mass[a] + inverse_mass[b];
@@ -105,7 +120,8 @@ impl Spring {
         if both == 0.0 || length < 1e-9 {
             return;
         }
-        let more = (length - self.length - self.softness * *pulled) / (both + self.softness);
+        let softness = self.softness / self.share_at(length);
+        let more = (length - self.length - softness * *pulled) / (both + softness);
         *pulled += more;
         let correction = d * (more / length);
         at[a] += correction * inverse_mass[0];
