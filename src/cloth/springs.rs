@@ -8,8 +8,8 @@ use crate::geometry::{Adjacency, FaceId, Point, TriMesh, Vec3, VertexId};
 /// folds narrower than its triangles. At 1 the sleeves of a foreign man's jacket did not give way in the armpits and stood off the arms
 /// that came down, stretched across by 25 % (99th percentile of edges); at 0.1 his pullover was, by 13 %; at 0.2 and 0.3 all by at most 4 %.
 const SHORTENED_SHARE: f64 = 0.2;
-/// Springs that give way across let cloth narrow where it is pulled, and lengthen more: by 1 / 0.69 across the springs of equilateral
-/// triangles, by 1 along them. So much stiffer they lengthen as the fabric in the mean of both.
+/// Factor of the stiffness of these springs. Those across a pull give way, so that cloth narrows and lengthens more: in equilateral triangles
+/// by 1 / 0.69 across their sides, by 1 along them. With the factor the mean of both is the fabric's.
 const STIFFER: f64 = 1.22;
 
 /// A distance constraint between two vertices.
@@ -94,8 +94,8 @@ impl Spring {
         (length - self.length) * self.share_at(length) / self.softness
     }
 
-    /// Moves the two ends towards the rest length, the lighter by more, as stiff when it is shorter. Not by way of
-    /// [`Self::satisfy_with`]: the cloth of synthetic subjects depends on it.
+    /// Moves the two ends towards the rest length, the lighter by more. It does not buckle, and does not go by way of
+    /// [`Self::satisfy_with`]: the cloth of synthetic subjects depends on its rounding.
     pub fn satisfy(&self, at: &mut [Point], inverse_mass: &[f64]) {
         let [a, b] = self.ends.map(|v| v as usize);
         let both = inverse_mass[a] + inverse_mass[b];

@@ -22,12 +22,12 @@ pub fn built_in_clip(name: &str) -> Option<Clip> {
 /// The built-in clips for a prior of poses: the squat is as deep as people squat, and the turn twists the legs. Cloth needs
 /// neither, and a clip that changes for its sake leaves the bodies of photos as they are.
 pub fn clips_of_prior() -> Vec<Clip> {
-    let deep = |name: &str| match name {
+    let of_prior = |name: &str| match name {
         "squat" => Some(Clip::new(name, puppet::motion(name, &squat::poses(&squat::DEEP)))),
         "turn" => Some(Clip::new(name, puppet::motion(name, &turn::poses(&turn::LONG)))),
         _ => built_in_clip(name),
     };
-    BUILT_IN_CLIPS.into_iter().filter_map(deep).collect()
+    BUILT_IN_CLIPS.into_iter().filter_map(of_prior).collect()
 }
 
 /// The motion of the built-in clip of that name, as arrays; `None` if there is none.
