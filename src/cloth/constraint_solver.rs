@@ -38,6 +38,8 @@ const FARTHEST: f64 = 1e-2;
 const BALANCE: usize = 3;
 /// Pairs that are farther apart than their gap by this much at the start of a round have no contact in it, metres.
 const CLEAR: f64 = 0.2e-3;
+/// Shares of contact that a vertex has as a corner of what touches add up to at least this where it lies on something.
+const LIES_ON: f64 = 0.2;
 /// Cloth this far from its skin is an error of the constraints, metres.
 const FLOWN: f64 = 5.0;
 /// Greatest correction that is expected again in the next step, metres.
@@ -84,6 +86,8 @@ struct StepMemory {
     ease: Vec<f64>,
     /// What the constraints added to the displacement in the last step, by vertex.
     correction: Vec<Vec3>,
+    /// See [`ConstraintSolver::outward`], by vertex.
+    outward: Vec<Vec3>,
     stopped_steps: usize,
 }
 
@@ -113,6 +117,7 @@ impl ConstraintSolver {
             |f: &[u32; 3]| Point::from(f.iter().map(|&v| surfaces.rest[v as usize].coords).sum::<Vec3>() / 3.0);
         let centers: Vec<Point> = surfaces.faces.iter().map(center).collect();
         let count = surfaces.rest.len();
+        let none = vec![Vec3::zeros(); count];
         Self {
             tree: SweptTree::prepare(&centers),
             forces,
@@ -122,8 +127,8 @@ impl ConstraintSolver {
             friction,
             iterations,
             at: surfaces.rest.clone(),
-            velocity: vec![Vec3::zeros(); count],
-            memory: StepMemory { ease: vec![1.0; count], correction: vec![Vec3::zeros(); count], stopped_steps: 0 },
+            velocity: none.clone(),
+            memory: StepMemory { ease: vec![1.0; count], correction: none.clone(), outward: none, stopped_steps: 0 },
             timings: [Duration::ZERO; 4],
             surfaces,
         }
@@ -188,7 +193,7 @@ impl ConstraintSolver {
         let corrections = step.make_safe(&mut pairs, &mut by, &mut expected, &mut slack);
         laps.push(Instant::now());
         self.timings.iter_mut().zip(laps.windows(2)).for_each(|(sum, lap)| *sum += lap[1] - lap[0]);
-        let StepMemory { ease, correction, stopped_steps } = &mut self.memory;
+        let StepMemory { ease, correction, stopped_steps, .. } = &mut self.memory;
         *stopped_steps += usize::from(corrections.stopped);
         for v in 0..count {
             let corrected = (by[v] - solved[v]).norm() > CORRECTION;
@@ -197,7 +202,27 @@ impl ConstraintSolver {
             self.velocity[v] = by[v] / step_secs;
             self.at[v] += by[v];
         }
+        if let Forces::Balanced(_) = self.forces {
+            self.memory.outward = self.outward(&pairs);
+        }
         Ok(())
+    }
+
+    /// The unit vector away from what each vertex lies on, skin or a layer below it; zero where it lies on nothing.
+    fn outward(&self, pairs: &[NearPair]) -> Vec<Vec3> {
+        let mut outward = vec![Vec3::zeros(); self.at.len()];
+        let layer_of = |v: u32| self.surfaces.vertices.partition_point(|range| range.end <= v as usize);
+        for pair in pairs {
+            let split = usize::from(pair.split);
+            let [first, second] = [0, split].map(|k| layer_of(pair.vertices[k]));
+            if first == second || depth_of(pair, &self.at) < -CLEAR {
+                continue;
+            }
+            for k in if first > second { 0..split } else { split..4 } {
+                outward[pair.vertices[k] as usize] += pair.normal * f64::from(pair.weights[k]);
+            }
+        }
+        outward.into_iter().map(|away| away.try_normalize(LIES_ON).unwrap_or_default()).collect()
     }
 
     /// The displacement of a vertex without its neighbours: skin follows its place; cloth keeps its velocity, falls, and is
@@ -256,8 +281,9 @@ impl ConstraintSolver {
     /// Balances stretch, bending and inertia of each layer. **Returns** the forces of its springs; none of constraints.
     fn balance(&mut self, to: &mut [Point], secs: f64) -> Result<Vec<Vec<f64>>, NumericsError> {
         let Forces::Balanced(layers) = &mut self.forces else { return Ok(Vec::new()) };
-        let mut layers = own_parts(to, &self.surfaces).into_iter().zip(layers).collect::<Vec<_>>();
-        layers.par_iter_mut().map(|(to, elastic)| elastic.balance(to, secs, BALANCE)).collect()
+        let outward = self.surfaces.cloth().iter().map(|range| &self.memory.outward[range.clone()]);
+        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(outward).collect();
+        layers.par_iter_mut().map(|((to, elastic), outward)| elastic.balance(to, outward, secs, BALANCE)).collect()
     }
 
     /// Cloth that moves on skin by less than friction holds stays where it is.

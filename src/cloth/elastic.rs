@@ -12,10 +12,14 @@ const LEAST_HEIGHT: f64 = 0.05;
 /// Greatest weight of the pull beside the mass of a vertex: what skinning holds fast still gives way where cloth would be torn.
 const MOST_HELD: f64 = 30.0;
 
-/// How far stretch may move a vertex in a step, metres. The balance knows nothing of contact: without a bound it pressed trousers
+/// How far stretch may move a vertex in a step, metres. The balance knows little of contact: without a bound it pressed trousers
 /// into a bent knee by 2 cm in each step (a man's walk), and what then held it off tore the cloth; a smaller one than this lets
 /// loose cloth lengthen where it swings (at 2 mm a denim skirt by 12 %).
 const FARTHEST: f64 = 3.5e-3;
+/// Share of what presses cloth on what it lies on that contact bears within the balance. With none, a sleeve whose lower side is taut sinks
+/// through the raised arm, is put back only where it touches, and is drawn out of round: a woman's blouse by 76 % in the worst frame (99th
+/// percentile of edges), now by 28 %. With all, cloth hardly slides: a denim skirt is stretched by 6 % in the median frame, not by 3 %.
+const BORNE: f64 = 0.3;
 
 /// The forces of one layer, and the matrices that solve for their equilibrium, one per length of a step.
 pub(super) struct Elastic {
@@ -74,12 +78,20 @@ impl Elastic {
     /// spring bears there. One balance of both would hardly fold cloth: a matrix that does not change holds springs across their
     /// length, too.
     ///
-    /// **Shapes** `to`: one point per vertex; the result: one entry per spring.
+    /// `outward`: away from what a vertex lies on, or zero.
+    ///
+    /// **Shapes** `to`, `outward`: one entry per vertex; the result: one entry per spring.
     ///
     /// **Errors** a layer whose matrix cannot be factorised.
     ///
     /// **Source** projective dynamics (Bouaziz 2014), as a quasi-Newton method with a constant matrix (Liu 2017).
-    pub fn balance(&mut self, to: &mut [Point], secs: f64, rounds: usize) -> Result<Vec<f64>, NumericsError> {
+    pub fn balance(
+        &mut self,
+        to: &mut [Point],
+        outward: &[Vec3],
+        secs: f64,
+        rounds: usize,
+    ) -> Result<Vec<f64>, NumericsError> {
         if !self.factors.contains_key(&secs.to_bits()) {
             self.factors.insert(secs.to_bits(), self.factorised(secs)?);
         }
@@ -95,6 +107,9 @@ impl Elastic {
                 let pull = spring.pull(to);
                 force[a] += pull;
                 force[b] -= pull;
+            }
+            for (force, outward) in force.iter_mut().zip(outward) {
+                *force -= outward * (BORNE * force.dot(outward).min(0.0));
             }
             let by = factors.stretch.solve_vectors(&force);
             to.iter_mut().zip(by).for_each(|(p, by)| *p += by);
@@ -214,12 +229,13 @@ mod tests {
         let masses = mesh.vertex_areas().iter().zip(start).map(mass).collect();
         let mut elastic = Elastic::of(mesh, fabric, masses, vec![0.0; start.len()]);
         elastic.set_step(secs);
-        let (mut at, mut velocity) = (start.clone(), vec![Vec3::zeros(); start.len()]);
+        let on_nothing = vec![Vec3::zeros(); start.len()];
+        let (mut at, mut velocity) = (start.clone(), on_nothing.clone());
         for _ in 0..600 {
             let falls = |p: &Point| if is_held(p) { Vec3::zeros() } else { field * (secs * secs) };
             let each = at.iter().zip(&velocity).zip(start);
             let mut to: Vec<Point> = each.map(|((at, velocity), p)| at + velocity * (0.98 * secs) + falls(p)).collect();
-            let mut borne = elastic.balance(&mut to, secs, 3).unwrap();
+            let mut borne = elastic.balance(&mut to, &on_nothing, secs, 3).unwrap();
             (0..5).for_each(|round| elastic.relax(&mut to, &mut borne, secs, round % 2 == 1));
             velocity = to.iter().zip(&at).map(|(to, at)| (to - at) / secs).collect();
             at = to;
