@@ -4,7 +4,7 @@ use super::crossing_free::near_pairs::{NearPair, Search};
 use super::crossing_free::safe_motion::Step;
 use super::crossing_free::surfaces::Surfaces;
 use super::crossing_free::swept_tree::SweptTree;
-use super::elastic::{Elastic, Support};
+use super::elastic::Elastic;
 use super::shortened::shortened;
 use super::skin_step::{GRAVITY, SkinStep};
 use super::springs::{Spring, satisfy_all};
@@ -12,7 +12,6 @@ use crate::geometry::{Point, Vec3};
 use crate::numerics::NumericsError;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// Distance in metres from which contact acts, and the gap that it keeps where layers were farther apart at rest.
@@ -168,7 +167,7 @@ impl ConstraintSolver {
             .collect();
         let mut to: Vec<Point> = self.at.iter().zip(&free).map(|(at, by)| at + by).collect();
         let mut laps = vec![Instant::now()];
-        let borne = self.balance(&mut to, skin)?;
+        let borne = self.balance(&mut to, step_secs)?;
         laps.push(Instant::now());
         let balanced: Vec<Vec3> = to.iter().zip(&self.at).map(|(to, at)| to - at).collect();
         let mut expected: Vec<Vec3> =
@@ -280,17 +279,11 @@ impl ConstraintSolver {
     }
 
     /// Balances stretch, bending and inertia of each layer. **Returns** the forces of its springs; none of constraints.
-    fn balance(&mut self, to: &mut [Point], skin: &SkinStep<'_>) -> Result<Vec<Vec<f64>>, NumericsError> {
+    fn balance(&mut self, to: &mut [Point], secs: f64) -> Result<Vec<Vec<f64>>, NumericsError> {
         let Forces::Balanced(layers) = &mut self.forces else { return Ok(Vec::new()) };
-        let carried: Vec<Point> =
-            self.at.iter().zip(skin.places).zip(skin.before).map(|((at, to), from)| at + (to - from)).collect();
-        let support = |range: &Range<usize>| {
-            let outward = &self.memory.outward[range.clone()];
-            Support { outward, carried: &carried[range.clone()], friction: self.friction }
-        };
-        let supports = self.surfaces.cloth().iter().map(support);
-        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(supports).collect();
-        layers.par_iter_mut().map(|((to, elastic), on)| elastic.balance(to, on, skin.secs, BALANCE)).collect()
+        let outward = self.surfaces.cloth().iter().map(|range| &self.memory.outward[range.clone()]);
+        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(outward).collect();
+        layers.par_iter_mut().map(|((to, elastic), outward)| elastic.balance(to, outward, secs, BALANCE)).collect()
     }
 
     /// Cloth that moves on skin by less than friction holds stays where it is.

@@ -16,30 +16,10 @@ const MOST_HELD: f64 = 30.0;
 /// into a bent knee by 2 cm in each step (a man's walk), and what then held it off tore the cloth; a smaller one than this lets
 /// loose cloth lengthen where it swings (at 2 mm a denim skirt by 12 %).
 const FARTHEST: f64 = 3.5e-3;
-/// What a layer lies on. Within the balance it bears all that presses cloth on it, and friction holds part of the rest. Without it, a
-/// sleeve whose lower side is taut sinks through the raised arm, is put back only where it touches, and is drawn out of round. If it
-/// bears only a share, or also where cloth leaves, hems flutter (a man's jacket in the idle clip, by 2 cm).
-pub(super) struct Support<'a> {
-    /// Away from it, or zero, by vertex.
-    pub outward: &'a [Vec3],
-    /// Where the skin would take each vertex in the step.
-    pub carried: &'a [Point],
-    /// Coefficient.
-    pub friction: f64,
-}
-
-impl Support<'_> {
-    /// What is left of the force on a vertex.
-    fn left(&self, v: usize, at: &Point, force: Vec3) -> Vec3 {
-        let outward = &self.outward[v];
-        let borne = -force.dot(outward);
-        if borne <= 0.0 || (at - self.carried[v]).dot(outward) > 0.0 {
-            return force;
-        }
-        let along = force + outward * borne;
-        along - shortened(along, self.friction * borne)
-    }
-}
+/// Share of what presses cloth on what it lies on that contact bears within the balance. With none, a sleeve whose lower side is taut sinks
+/// through the raised arm, is put back only where it touches, and is drawn out of round: a woman's blouse by 76 % in the worst frame (99th
+/// percentile of edges), now by 28 %. With all, cloth hardly slides: a denim skirt is stretched by 6 % in the median frame, not by 4 %.
+const BORNE: f64 = 0.3;
 
 /// The forces of one layer, and the matrices that solve for their equilibrium, one per length of a step.
 pub(super) struct Elastic {
@@ -98,7 +78,9 @@ impl Elastic {
     /// spring bears there. One balance of both would hardly fold cloth: a matrix that does not change holds springs across their
     /// length, too.
     ///
-    /// **Shapes** `to`: one entry per vertex; the result: one entry per spring.
+    /// `outward`: away from what a vertex lies on, or zero.
+    ///
+    /// **Shapes** `to`, `outward`: one entry per vertex; the result: one entry per spring.
     ///
     /// **Errors** a layer whose matrix cannot be factorised.
     ///
@@ -106,7 +88,7 @@ impl Elastic {
     pub fn balance(
         &mut self,
         to: &mut [Point],
-        support: &Support<'_>,
+        outward: &[Vec3],
         secs: f64,
         rounds: usize,
     ) -> Result<Vec<f64>, NumericsError> {
@@ -126,8 +108,9 @@ impl Elastic {
                 force[a] += pull;
                 force[b] -= pull;
             }
-            let held = |(v, force): (usize, &mut Vec3)| *force = support.left(v, &to[v], *force);
-            force.iter_mut().enumerate().for_each(held);
+            for (force, outward) in force.iter_mut().zip(outward) {
+                *force -= outward * (BORNE * force.dot(outward).min(0.0));
+            }
             let by = factors.stretch.solve_vectors(&force);
             to.iter_mut().zip(by).for_each(|(p, by)| *p += by);
         }
@@ -246,34 +229,18 @@ mod tests {
         let masses = mesh.vertex_areas().iter().zip(start).map(mass).collect();
         let mut elastic = Elastic::of(mesh, fabric, masses, vec![0.0; start.len()]);
         elastic.set_step(secs);
-        let nowhere = vec![Vec3::zeros(); start.len()];
-        let (mut at, mut velocity) = (start.clone(), nowhere.clone());
+        let on_nothing = vec![Vec3::zeros(); start.len()];
+        let (mut at, mut velocity) = (start.clone(), on_nothing.clone());
         for _ in 0..600 {
             let falls = |p: &Point| if is_held(p) { Vec3::zeros() } else { field * (secs * secs) };
             let each = at.iter().zip(&velocity).zip(start);
             let mut to: Vec<Point> = each.map(|((at, velocity), p)| at + velocity * (0.98 * secs) + falls(p)).collect();
-            let on_nothing = Support { outward: &nowhere, carried: &at, friction: 0.0 };
             let mut borne = elastic.balance(&mut to, &on_nothing, secs, 3).unwrap();
             (0..5).for_each(|round| elastic.relax(&mut to, &mut borne, secs, round % 2 == 1));
             velocity = to.iter().zip(&at).map(|(to, at)| (to - at) / secs).collect();
             at = to;
         }
         at
-    }
-
-    #[test]
-    fn what_lies_on_something_is_not_pressed_into_it_is_held_by_friction_and_may_leave() {
-        let (outward, carried) = ([Vec3::y(), Vec3::zeros()], [Point::origin(); 2]);
-        let on = Support { outward: &outward, carried: &carried, friction: 0.1 };
-        let (below, above) = (Point::new(0.0, -1e-3, 0.0), Point::new(0.0, 1e-3, 0.0));
-        let close = |a: Vec3, b: [f64; 3]| assert!((a - Vec3::from(b)).norm() < 1e-12, "{a}");
-        close(on.left(0, &below, Vec3::new(0.5, -10.0, 0.0)), [0.0; 3]);
-        close(on.left(0, &below, Vec3::new(3.0, -10.0, 4.0)), [2.4, 0.0, 3.2]);
-        for free in [on.left(0, &below, Vec3::y()), on.left(1, &below, Vec3::y()), on.left(0, &above, Vec3::y())] {
-            close(free, [0.0, 1.0, 0.0]);
-        }
-        close(on.left(0, &above, -Vec3::y()), [0.0, -1.0, 0.0]);
-        close(on.left(1, &below, -Vec3::y()), [0.0, -1.0, 0.0]);
     }
 
     /// Under its own weight a strip lengthens by `ρ g L² / 2 Y` in the mean of two directions of its triangles: across a side and along it.
