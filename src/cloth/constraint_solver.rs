@@ -44,12 +44,6 @@ const LIES_ON: f64 = 0.2;
 const FLOWN: f64 = 5.0;
 /// Greatest correction that is expected again in the next step, metres.
 const EXPECTED: f64 = 3e-3;
-/// Share of its support that a vertex keeps from one step to the next: of all of it, the support of cloth squeezed between two surfaces grows
-/// without bound. At 0.5 the blouse of a woman with raised arms is stretched by 23 %, at 0.9 by 16 % (99th percentile, median frame).
-const KEPT: f64 = 0.9;
-/// Gain of what contact pushed a vertex outward by, as support: 1 would support a rigid body at once, but only some vertices of cloth lie on
-/// something. At 8 that blouse swings up once while the arms rise; at 1 its sleeves are supported after a second only.
-const GAIN: f64 = 4.0;
 
 /// Inverse mass of a vertex of the body, relative to the typical one of cloth: it gives way only where cloth cannot. With 0.02, skin
 /// gave way by 15 mm in two sleeves (the walk of a woman in blouse and coat), and by 6 mm between arm and trunk in a pullover.
@@ -92,8 +86,8 @@ struct StepMemory {
     ease: Vec<f64>,
     /// What the constraints added to the displacement in the last step, by vertex.
     correction: Vec<Vec3>,
-    /// What contact is expected to accelerate each vertex by, away from what it lies on, m/s².
-    support: Vec<Vec3>,
+    /// See [`ConstraintSolver::outward`], by vertex.
+    outward: Vec<Vec3>,
     stopped_steps: usize,
 }
 
@@ -134,7 +128,7 @@ impl ConstraintSolver {
             iterations,
             at: surfaces.rest.clone(),
             velocity: none.clone(),
-            memory: StepMemory { ease: vec![1.0; count], correction: none.clone(), support: none, stopped_steps: 0 },
+            memory: StepMemory { ease: vec![1.0; count], correction: none.clone(), outward: none, stopped_steps: 0 },
             timings: [Duration::ZERO; 4],
             surfaces,
         }
@@ -209,22 +203,9 @@ impl ConstraintSolver {
             self.at[v] += by[v];
         }
         if let Forces::Balanced(_) = self.forces {
-            self.support(&pairs, &by, &balanced, step_secs);
+            self.memory.outward = self.outward(&pairs);
         }
         Ok(())
-    }
-
-    /// Tells the balance of the next step what contact bears: what it pushed each vertex outward by, from where forces had balanced, adds to
-    /// its support. Without it a sleeve sinks through the raised arm in each step, is put back only where it touches, and is drawn out of round.
-    ///
-    /// **Source** the multipliers of an augmented Lagrangian, updated once per step.
-    fn support(&mut self, pairs: &[NearPair], by: &[Vec3], balanced: &[Vec3], step_secs: f64) {
-        let outward = self.outward(pairs);
-        for (v, support) in self.memory.support.iter_mut().enumerate() {
-            let pushed = (by[v] - balanced[v]).dot(&outward[v]).clamp(-FARTHEST, FARTHEST);
-            let kept = KEPT * support.dot(&outward[v]).max(0.0);
-            *support = outward[v] * (kept + GAIN * pushed / (step_secs * step_secs)).max(0.0);
-        }
     }
 
     /// The unit vector away from what each vertex lies on, skin or a layer below it; zero where it lies on nothing.
@@ -300,9 +281,9 @@ impl ConstraintSolver {
     /// Balances stretch, bending and inertia of each layer. **Returns** the forces of its springs; none of constraints.
     fn balance(&mut self, to: &mut [Point], secs: f64) -> Result<Vec<Vec<f64>>, NumericsError> {
         let Forces::Balanced(layers) = &mut self.forces else { return Ok(Vec::new()) };
-        let support = self.surfaces.cloth().iter().map(|range| &self.memory.support[range.clone()]);
-        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(support).collect();
-        layers.par_iter_mut().map(|((to, elastic), support)| elastic.balance(to, support, secs, BALANCE)).collect()
+        let outward = self.surfaces.cloth().iter().map(|range| &self.memory.outward[range.clone()]);
+        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(outward).collect();
+        layers.par_iter_mut().map(|((to, elastic), outward)| elastic.balance(to, outward, secs, BALANCE)).collect()
     }
 
     /// Cloth that moves on skin by less than friction holds stays where it is.
