@@ -19,7 +19,8 @@ const FARTHEST: f64 = 3.5e-3;
 /// Share of what presses cloth on what it lies on that contact bears within the balance. With none, a sleeve whose lower side is taut sinks
 /// through the raised arm, is put back only where it touches, and is drawn out of round: a woman's blouse by 76 % in the worst frame (99th
 /// percentile of edges), now by 28 %. With all, cloth hardly slides: a denim skirt is stretched by 6 % in the median frame, not by 4 %.
-/// Hems flutter where a figure hardly moves, which is not solved: `docs/evaluation.md`, "Hems flutter".
+/// What is borne has a sum that moves loose hems off the body and lets them fall back: they flutter, and no cure is found yet; see
+/// `docs/evaluation.md`, "Hems flutter".
 const BORNE: f64 = 0.3;
 
 /// The forces of one layer, and the matrices that solve for their equilibrium, one per length of a step.
