@@ -4,8 +4,9 @@
 #[path = "shared/processor.rs"]
 mod processor;
 
-use overcoat::body::{Figure, Skinning};
+use overcoat::body::{Figure, Pose, Skinning};
 use overcoat::cloth::{ClothFrame, ClothMode, ClothParams, ClothSolver, ClothTrack, simulate};
+use overcoat::geometry::{TriMesh, Vec3};
 use overcoat::motion::{FrameRange, MotionParams, PoseTrack, built_in_clip, follow};
 use overcoat::session::Session;
 use processor::processor_secs;
@@ -15,6 +16,8 @@ use std::time::Instant;
 /// Frames for which the last pose is held: cloth comes to rest in two seconds, and is measured in the third.
 const HELD: usize = 90;
 const REST: usize = 30;
+/// Frames of a way that is compared with the one before it.
+const FLUTTER: usize = 5;
 
 fn main() {
     let (mut sessions, mut clips, mut range, mut solver) =
@@ -30,9 +33,9 @@ fn main() {
         }
     }
     println!(
-        "| figure | clip, frames | vertices of cloth | ms a frame: median; 95th percentile; of processors | crossing pairs | skin gives way, most; share beyond 5 mm | stretch p99 by layer: median frame; worst | at rest, µm a frame: p99; most | hem swings |"
+        "| figure | clip, frames | vertices of cloth | ms a frame: median; 95th percentile; of processors | crossing pairs | skin gives way, most; share beyond 5 mm | stretch p99 by layer: median frame; worst | at rest, µm a frame: p99; most | hem swings | flutters, p99 by layer: median frame; worst |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for session in &sessions {
         let figure = figure(session);
         for clip in &clips {
@@ -83,7 +86,7 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
     let rest = creep(&cloth, &track);
     let (part, frame) = gives_way_most(figure, &cloth, &track);
     println!(
-        "| {name} | {clip}, {moving} | {} | {:.0}; {:.0}; {:.0} | {crossing} | {:.1} mm, {part} in frame {frame}; {:.2} % | {} | {:.0}; {:.0} | {:.0} mm |",
+        "| {name} | {clip}, {moving} | {} | {:.0}; {:.0}; {:.0} | {crossing} | {:.1} mm, {part} in frame {frame}; {:.2} % | {} | {:.0}; {:.0} | {:.0} mm | {} |",
         cloth.vertices[1..].iter().sum::<u32>(),
         at(0.5),
         at(0.95),
@@ -93,7 +96,8 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
         stretches(figure, &cloth, moving).join(", "),
         rest[rest.len() * 99 / 100],
         rest[rest.len() - 1],
-        report.hem_swing * 1e3
+        report.hem_swing * 1e3,
+        flutters(figure, &cloth, &track.poses[..moving]).join(", ")
     );
 }
 
@@ -121,6 +125,32 @@ fn creep(cloth: &ClothTrack, track: &PoseTrack) -> Vec<f64> {
     let mut ways: Vec<f64> = (first..a.len()).map(|v| way(v) * 1e6 / REST as f64).collect();
     ways.sort_by(f64::total_cmp);
     ways
+}
+
+/// How much the way of a vertex relative to its skinned place within [`FLUTTER`] frames differs from that of those before, mm: the 99th
+/// percentile of each layer, in the median frame and in the worst.
+fn flutters(figure: &Figure, cloth: &ClothTrack, poses: &[Pose]) -> Vec<String> {
+    let skinned: Vec<Vec<TriMesh>> = poses.iter().map(|pose| figure.posed(pose)).collect();
+    let of_layer = |layer: usize| {
+        let off = |frame: usize| -> Vec<Vec3> {
+            let places = &skinned[frame][layer].points().0;
+            cloth.layer(layer, frame).0.iter().zip(places).map(|(at, place)| at - place).collect()
+        };
+        let in_frame = |frame: usize| {
+            let [a, b, c] = [2, 1, 0].map(|k| off(frame - k * FLUTTER));
+            let mut turns: Vec<f64> =
+                a.iter().zip(&b).zip(&c).map(|((a, b), c)| (c - b - (b - a)).norm() * 1e3).collect();
+            turns.sort_by(f64::total_cmp);
+            turns[turns.len() * 99 / 100]
+        };
+        let mut frames: Vec<f64> = (2 * FLUTTER..poses.len()).map(in_frame).collect();
+        frames.sort_by(f64::total_cmp);
+        match frames.last() {
+            Some(worst) => format!("{} {:.1}; {worst:.1} mm", figure.layers[layer].name, frames[frames.len() / 2]),
+            None => "not measured".to_string(),
+        }
+    };
+    (1..figure.layers.len()).map(of_layer).collect()
 }
 
 /// The 99th percentile of the stretch of each layer's edges: of the median frame and of the worst.

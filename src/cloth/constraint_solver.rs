@@ -86,8 +86,8 @@ struct StepMemory {
     ease: Vec<f64>,
     /// What the constraints added to the displacement in the last step, by vertex.
     correction: Vec<Vec3>,
-    /// See [`ConstraintSolver::outward`], by vertex.
-    outward: Vec<Vec3>,
+    /// See [`ConstraintSolver::support`], by vertex.
+    support: Vec<Vec3>,
     stopped_steps: usize,
 }
 
@@ -128,7 +128,7 @@ impl ConstraintSolver {
             iterations,
             at: surfaces.rest.clone(),
             velocity: none.clone(),
-            memory: StepMemory { ease: vec![1.0; count], correction: none.clone(), outward: none, stopped_steps: 0 },
+            memory: StepMemory { ease: vec![1.0; count], correction: none.clone(), support: none, stopped_steps: 0 },
             timings: [Duration::ZERO; 4],
             surfaces,
         }
@@ -202,15 +202,15 @@ impl ConstraintSolver {
             self.velocity[v] = by[v] / step_secs;
             self.at[v] += by[v];
         }
-        if let Forces::Balanced(_) = self.forces {
-            self.memory.outward = self.outward(&pairs);
+        if let Forces::Balanced(layers) = &self.forces {
+            self.memory.support = self.support(layers, &pairs);
         }
         Ok(())
     }
 
-    /// The unit vector away from what each vertex lies on, skin or a layer below it; zero where it lies on nothing.
-    fn outward(&self, pairs: &[NearPair]) -> Vec<Vec3> {
-        let mut outward = vec![Vec3::zeros(); self.at.len()];
+    /// Away from what each vertex lies on, skin or a layer below it, as long as [`Elastic::bearing`] says; zero where it lies on nothing.
+    fn support(&self, layers: &[Elastic], pairs: &[NearPair]) -> Vec<Vec3> {
+        let mut support = vec![Vec3::zeros(); self.at.len()];
         let layer_of = |v: u32| self.surfaces.vertices.partition_point(|range| range.end <= v as usize);
         for pair in pairs {
             let split = usize::from(pair.split);
@@ -219,10 +219,14 @@ impl ConstraintSolver {
                 continue;
             }
             for k in if first > second { 0..split } else { split..4 } {
-                outward[pair.vertices[k] as usize] += pair.normal * f64::from(pair.weights[k]);
+                support[pair.vertices[k] as usize] += pair.normal * f64::from(pair.weights[k]);
             }
         }
-        outward.into_iter().map(|away| away.try_normalize(LIES_ON).unwrap_or_default()).collect()
+        for (range, elastic) in self.surfaces.cloth().iter().zip(layers) {
+            let each = support[range.clone()].iter_mut().zip(elastic.bearing(&self.at[range.clone()]));
+            each.for_each(|(support, bears)| *support = support.try_normalize(LIES_ON).unwrap_or_default() * bears);
+        }
+        support
     }
 
     /// The displacement of a vertex without its neighbours: skin follows its place; cloth keeps its velocity, falls, and is
@@ -281,9 +285,9 @@ impl ConstraintSolver {
     /// Balances stretch, bending and inertia of each layer. **Returns** the forces of its springs; none of constraints.
     fn balance(&mut self, to: &mut [Point], secs: f64) -> Result<Vec<Vec<f64>>, NumericsError> {
         let Forces::Balanced(layers) = &mut self.forces else { return Ok(Vec::new()) };
-        let outward = self.surfaces.cloth().iter().map(|range| &self.memory.outward[range.clone()]);
-        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(outward).collect();
-        layers.par_iter_mut().map(|((to, elastic), outward)| elastic.balance(to, outward, secs, BALANCE)).collect()
+        let support = self.surfaces.cloth().iter().map(|range| &self.memory.support[range.clone()]);
+        let mut layers: Vec<_> = own_parts(to, &self.surfaces).into_iter().zip(layers).zip(support).collect();
+        layers.par_iter_mut().map(|((to, elastic), support)| elastic.balance(to, support, secs, BALANCE)).collect()
     }
 
     /// Cloth that moves on skin by less than friction holds stays where it is.
