@@ -16,7 +16,7 @@ use std::time::Instant;
 /// Frames for which the last pose is held: cloth comes to rest in two seconds, and is measured in the third.
 const HELD: usize = 90;
 const REST: usize = 30;
-/// Frames of a way that is compared with the one before it.
+/// Flutter is the change between how far cloth moves within this many frames and within as many before.
 const FLUTTER: usize = 5;
 
 fn main() {
@@ -127,8 +127,8 @@ fn creep(cloth: &ClothTrack, track: &PoseTrack) -> Vec<f64> {
     ways
 }
 
-/// How much the way of a vertex relative to its skinned place within [`FLUTTER`] frames differs from that of those before, mm: the 99th
-/// percentile of each layer, in the median frame and in the worst.
+/// The displacement of each vertex relative to its skinned place within [`FLUTTER`] frames, minus that within as many frames before, mm: the
+/// 99th percentile of each layer, in the median frame and in the worst.
 fn flutters(figure: &Figure, cloth: &ClothTrack, poses: &[Pose]) -> Vec<String> {
     let skinned: Vec<Vec<TriMesh>> = poses.iter().map(|pose| figure.posed(pose)).collect();
     let of_layer = |layer: usize| {
