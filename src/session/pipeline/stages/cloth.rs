@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 13);
+pub(in crate::session::pipeline) const CLOTH: Code = Code::new(Stage::Cloth, 14);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
