@@ -4,7 +4,7 @@
 #[path = "shared/processor.rs"]
 mod processor;
 
-use overcoat::body::{Figure, Pose, Skinning};
+use overcoat::body::{Figure, Skinning};
 use overcoat::cloth::{ClothFrame, ClothMode, ClothParams, ClothSolver, ClothTrack, simulate};
 use overcoat::geometry::{TriMesh, Vec3};
 use overcoat::motion::{FrameRange, MotionParams, PoseTrack, built_in_clip, follow};
@@ -84,7 +84,8 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
     let at = |share: f64| times[(times.len() as f64 * share) as usize];
     let crossing = report.crossing_pairs.map_or("not counted".into(), |pairs| pairs.to_string());
     let rest = creep(&cloth, &track);
-    let (part, frame) = gives_way_most(figure, &cloth, &track);
+    let skinned: Vec<Vec<TriMesh>> = track.poses.iter().map(|pose| figure.posed(pose)).collect();
+    let (part, frame) = gives_way_most(figure, &cloth, &skinned);
     println!(
         "| {name} | {clip}, {moving} | {} | {:.0}; {:.0}; {:.0} | {crossing} | {:.1} mm, {part} in frame {frame}; {:.2} % | {} | {:.0}; {:.0} | {:.0} mm | {} |",
         cloth.vertices[1..].iter().sum::<u32>(),
@@ -97,15 +98,15 @@ fn measure(name: &str, figure: &Figure, clip: &str, range: Option<FrameRange>, s
         rest[rest.len() * 99 / 100],
         rest[rest.len() - 1],
         report.hem_swing * 1e3,
-        flutters(figure, &cloth, &track.poses[..moving]).join(", ")
+        flutters(figure, &cloth, &skinned[..moving]).join(", ")
     );
 }
 
 /// The part of the body that gives way most, and the frame in which it does.
-fn gives_way_most(figure: &Figure, cloth: &ClothTrack, track: &PoseTrack) -> (String, usize) {
+fn gives_way_most(figure: &Figure, cloth: &ClothTrack, skinned: &[Vec<TriMesh>]) -> (String, usize) {
     let mut most = (0.0, String::new(), 0);
-    for (frame, pose) in track.poses.iter().enumerate() {
-        let (skin, yielded) = (figure.posed(pose).swap_remove(0), cloth.layer(0, frame));
+    for (frame, places) in skinned.iter().enumerate() {
+        let (skin, yielded) = (&places[0], cloth.layer(0, frame));
         for v in skin.vertex_ids() {
             let way = (skin.points()[v] - yielded[v]).norm();
             if way > most.0 {
@@ -129,8 +130,7 @@ fn creep(cloth: &ClothTrack, track: &PoseTrack) -> Vec<f64> {
 
 /// The displacement of each vertex relative to its skinned place within [`FLUTTER`] frames, minus that within as many frames before, mm: the
 /// 99th percentile of each layer, in the median frame and in the worst.
-fn flutters(figure: &Figure, cloth: &ClothTrack, poses: &[Pose]) -> Vec<String> {
-    let skinned: Vec<Vec<TriMesh>> = poses.iter().map(|pose| figure.posed(pose)).collect();
+fn flutters(figure: &Figure, cloth: &ClothTrack, skinned: &[Vec<TriMesh>]) -> Vec<String> {
     let of_layer = |layer: usize| {
         let off = |frame: usize| -> Vec<Vec3> {
             let places = &skinned[frame][layer].points().0;
@@ -143,7 +143,7 @@ fn flutters(figure: &Figure, cloth: &ClothTrack, poses: &[Pose]) -> Vec<String> 
             turns.sort_by(f64::total_cmp);
             turns[turns.len() * 99 / 100]
         };
-        let mut frames: Vec<f64> = (2 * FLUTTER..poses.len()).map(in_frame).collect();
+        let mut frames: Vec<f64> = (2 * FLUTTER..skinned.len()).map(in_frame).collect();
         frames.sort_by(f64::total_cmp);
         match frames.last() {
             Some(worst) => format!("{} {:.1}; {worst:.1} mm", figure.layers[layer].name, frames[frames.len() / 2]),
