@@ -18,11 +18,11 @@ const MOST_HELD: f64 = 30.0;
 const FARTHEST: f64 = 3.5e-3;
 /// Share of what presses taut cloth on what it lies on that contact bears within the balance. With none, a sleeve whose lower side is taut
 /// sinks through the raised arm, is put back only where it touches, and is drawn out of round: a woman's blouse by 76 % in the worst frame (99th
-/// percentile of edges), now by 30 %. With all, cloth hardly slides: a denim skirt is stretched by 6 % in the median frame, not by 4 %.
+/// percentile of edges), now by 27 %. With all, cloth hardly slides: a denim skirt is stretched by 6 % in the median frame, not by 4 %.
 const BORNE: f64 = 0.3;
-/// The stretch with which contact bears all of [`BORNE`]; with less, less. What presses slack cloth is mostly the error of rounds that have not
-/// converged: bearing it moved the whole hem of a man's jacket up and down by 3.5 mm in every second step. With a share that begins at 3 %
-/// only, five layers do not come to rest after a turn: `docs/evaluation.md`, "Hems fluttered".
+/// The stretch from which on contact bears all of [`BORNE`]; below it, the share is in proportion to stretch. What presses slack cloth is mostly
+/// the error of rounds that have not converged: bearing it moved the whole hem of a man's jacket up and down by 3.5 mm in every second step.
+/// With a share that is zero up to 3 %, five layers did not come to rest after a turn: `docs/evaluation.md`, "Hems fluttered".
 const TAUT: f64 = 0.05;
 
 /// The forces of one layer, and the matrices that solve for their equilibrium, one per length of a step.
@@ -123,7 +123,8 @@ impl Elastic {
         Ok(self.springs.iter().map(|spring| spring.pulled(to)).collect())
     }
 
-    /// The share of what presses each vertex on what it lies on that contact bears: the more, the tauter its tautest spring is.
+    /// Contact bears this share of the force that presses a vertex on what it lies on: in proportion to the stretch of its tautest spring, up
+    /// to [`BORNE`].
     ///
     /// **Shapes** one entry per vertex.
     pub fn bearing(&self, at: &[Point]) -> Vec<f64> {
