@@ -222,6 +222,7 @@ impl Hinge {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cloth::fabric_named;
 
     const GRAVITY: f64 = 9.81;
 
@@ -268,7 +269,7 @@ mod tests {
     /// Under its own weight a strip lengthens by `ρ g L² / 2 Y` in the mean of two directions of its triangles: across a side and along it.
     #[test]
     fn a_strip_that_hangs_lengthens_as_its_fabric_does() {
-        let (side, fabric) = (7.5e-3, Fabric { density: 0.187, stretch: 80.0, ..Fabric::JERSEY });
+        let (side, fabric) = (7.5e-3, fabric_named("jersey").unwrap());
         let ratio = |columns: u32, rows: u32, down: Vec3| {
             let mesh = strip(columns, rows, side);
             let lowest = |points: &[Point]| points.iter().map(|p| down.dot(&p.coords)).fold(f64::MIN, f64::max);
@@ -284,8 +285,12 @@ mod tests {
     #[test]
     fn contact_bears_more_of_tauter_cloth_and_nothing_of_slack_cloth() {
         let mesh = strip(6, 4, 0.01);
-        let elastic =
-            Elastic::of(&mesh, &Fabric::JERSEY, vec![1e-4; mesh.points().0.len()], vec![0.0; mesh.points().0.len()]);
+        let elastic = Elastic::of(
+            &mesh,
+            &fabric_named("jersey").unwrap(),
+            vec![1e-4; mesh.points().0.len()],
+            vec![0.0; mesh.points().0.len()],
+        );
         let least_and_most = |factor: f64| {
             let at: Vec<Point> = mesh.points().0.iter().map(|p| p * factor).collect();
             let bearing = elastic.bearing(&at);
@@ -303,7 +308,7 @@ mod tests {
         let (columns, rows, side) = (24, 8, 0.01);
         let (mesh, height) = (strip(columns, rows, side), side * 0.75_f64.sqrt());
         for bending in [50e-6, 100e-6, 200e-6] {
-            let fabric = Fabric { bending, ..Fabric::DENIM };
+            let fabric = Fabric { bending, ..fabric_named("denim").unwrap() };
             let at = at_rest(&mesh, &fabric, Vec3::new(0.0, 0.0, -0.05 * GRAVITY), |p| p.y > -1.5 * height);
             let edge: Vec<f64> = at[(rows * (columns + 1)) as usize..].iter().map(|p| -p.z).collect();
             let sinks = edge.iter().sum::<f64>() / edge.len() as f64;

@@ -130,7 +130,7 @@ pub fn put_on(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cloth::Fabric;
+    use crate::cloth::fabric_named;
     use crate::geometry::{intersecting_pairs, sphere};
 
     /// A band of cloth around the y axis, and a ball that grows in it.
@@ -155,7 +155,7 @@ mod tests {
         let cloth = ClothLayer {
             pinned: PerVertex::filled(false, band.vertex_count()),
             rest: band.clone(),
-            fabric: Fabric { stretch: 80.0, ..Fabric::JERSEY },
+            fabric: fabric_named("jersey").unwrap(),
         };
         let steps = (1..=40).map(|k| BodyStep {
             solids: scaled(0.03 + 0.09 * f64::from(k) / 40.0).points().0.clone(),

@@ -1,6 +1,6 @@
 //! Cloth over a sphere, with known answers.
 
-use crate::cloth::{ClothError, ClothLayer, Collider, Fabric, drape};
+use crate::cloth::{ClothError, ClothLayer, Collider, Fabric, drape, fabric_named};
 use crate::geometry::{PerVertex, Point, TriMesh, intersecting_pairs, sphere};
 
 /// A square cloth of `n × n` vertices, 2 cm apart, at height `y`.
@@ -22,14 +22,14 @@ fn ball() -> Collider {
     Collider::prepare(&sphere(24, 48).map_points(|p| p * 0.15))
 }
 
-fn layer(fabric: Fabric, y: f64) -> ClothLayer {
-    let rest = square(24, y);
+fn layer(fabric: &str, y: f64) -> ClothLayer {
+    let (rest, fabric) = (square(24, y), fabric_named(fabric).unwrap());
     ClothLayer { pinned: PerVertex::filled(false, rest.vertex_count()), fabric, rest }
 }
 
 #[test]
 fn a_cloth_over_a_ball_hangs_down_keeps_its_lengths_and_stays_outside() {
-    let (shirt, ball) = (layer(Fabric::SHIRTING, 0.16), ball());
+    let (shirt, ball) = (layer("cotton", 0.16), ball());
     let drop = || drape(&[&shirt], &[shirt.rest.points().clone()], &ball, 0.7).unwrap().remove(0);
     let fallen = drop();
     assert!(fallen.points().iter().all(|p| p.coords.norm() > 0.148), "outside");
@@ -42,7 +42,7 @@ fn a_cloth_over_a_ball_hangs_down_keeps_its_lengths_and_stays_outside() {
 
 #[test]
 fn pinned_vertices_stay() {
-    let mut shirt = layer(Fabric::SHIRTING, 0.0);
+    let mut shirt = layer("cotton", 0.0);
     (0..24).for_each(|v| shirt.pinned.0[v] = true);
     let far_away = Collider::prepare(&square(2, -9.0));
     let hung = drape(&[&shirt], &[shirt.rest.points().clone()], &far_away, 0.5).unwrap().remove(0);
@@ -52,7 +52,7 @@ fn pinned_vertices_stay() {
 
 #[test]
 fn of_two_layers_the_outer_lies_outside_and_neither_cuts_the_other() {
-    let (inner, outer, ball) = (layer(Fabric::KNIT, 0.17), layer(Fabric::COATING, 0.18), ball());
+    let (inner, outer, ball) = (layer("knit", 0.17), layer("coating", 0.18), ball());
     let starts = [inner.rest.points().clone(), outer.rest.points().clone()];
     let both = drape(&[&inner, &outer], &starts, &ball, 0.6).unwrap();
     assert_eq!(intersecting_pairs(&both[1], &both[0]).len(), 0);
@@ -63,7 +63,7 @@ fn of_two_layers_the_outer_lies_outside_and_neither_cuts_the_other() {
 
 #[test]
 fn arrays_that_do_not_belong_together_and_impossible_values_are_refused() {
-    let (shirt, ball) = (layer(Fabric::SHIRTING, 0.2), ball());
+    let (shirt, ball) = (layer("cotton", 0.2), ball());
     let start = shirt.rest.points().clone();
     let drape = |layer: &ClothLayer, initial: &[PerVertex<Point>], secs: f64| drape(&[layer], initial, &ball, secs);
     let refused = |result: Result<Vec<TriMesh>, ClothError>| result.unwrap_err();
@@ -75,7 +75,7 @@ fn arrays_that_do_not_belong_together_and_impossible_values_are_refused() {
         refused(drape(&unpinned, std::slice::from_ref(&start), 0.1)),
         ClothError::CountMismatch { found: 3, .. }
     ));
-    let weightless = ClothLayer { fabric: Fabric { density: 0.0, ..Fabric::SILK }, ..shirt.clone() };
+    let weightless = ClothLayer { fabric: Fabric { density: 0.0, ..fabric_named("silk").unwrap() }, ..shirt.clone() };
     assert!(matches!(
         refused(drape(&weightless, std::slice::from_ref(&start), 0.1)),
         ClothError::BadFabric { layer: 0, .. }

@@ -1,6 +1,6 @@
 //! The kinds of garment, and the order in which they can be put on.
 
-use crate::cloth::Fabric;
+use crate::cloth::{Fabric, fabric_named};
 use crate::studio::error::StudioError;
 
 /// A kind of garment.
@@ -44,7 +44,7 @@ pub enum GarmentKind {
     Briefs,
     /// Skin-tight, over the breast.
     Bra,
-    /// Skin-tight and thinner than half a millimetre, waist to toes.
+    /// Skin-tight, half a millimetre, waist to toes.
     Tights,
     /// Wide dungarees with a bib.
     Overalls,
@@ -181,21 +181,21 @@ impl GarmentKind {
         Ok(())
     }
 
-    /// What it is made of.
+    /// What it is made of, of `templates/fabrics.toml`.
     pub fn fabric(self) -> Fabric {
-        match self {
-            Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt => Fabric::JERSEY,
-            Self::Briefs | Self::Bra => Fabric::JERSEY,
-            Self::Tights => Fabric::HOSIERY,
-            Self::Pullover | Self::Hat | Self::Scarf | Self::Hoodie | Self::Mittens => Fabric::KNIT,
-            Self::Shirt => Fabric::SHIRTING,
-            Self::Blouse | Self::Dress => Fabric::SILK,
-            Self::Trousers | Self::Skirt | Self::Vest => Fabric::SUITING,
-            Self::Jeans | Self::Shorts | Self::Overalls => Fabric::DENIM,
-            Self::Jacket => Fabric::TAILORED,
-            Self::Coat => Fabric::COATING,
-            Self::Boots => Fabric::LEATHER,
-        }
+        let name = match self {
+            Self::Socks | Self::Leggings | Self::Tanktop | Self::Tshirt | Self::Briefs => "jersey",
+            Self::Bra | Self::Tights => "swimwear",
+            Self::Pullover | Self::Hat | Self::Scarf | Self::Mittens => "knit",
+            Self::Hoodie => "fleece",
+            Self::Shirt => "cotton",
+            Self::Blouse | Self::Dress => "silk",
+            Self::Trousers | Self::Skirt | Self::Vest => "wool",
+            Self::Jeans | Self::Shorts | Self::Overalls => "denim",
+            Self::Jacket | Self::Coat => "coating",
+            Self::Boots => "leather",
+        };
+        fabric_named(name).expect("a test asks for the fabric of every kind")
     }
 
     /// Whether it follows the skin into hollows.
@@ -218,6 +218,11 @@ impl GarmentKind {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_kind_has_a_fabric() {
+        assert!(GarmentKind::ALL.iter().all(|kind| kind.fabric().is_valid()));
+    }
 
     #[test]
     fn what_goes_over_what() {
