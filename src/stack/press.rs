@@ -70,25 +70,45 @@ pub fn press(
     surfaces: &[TriMesh],
     params: &PressParams,
 ) -> Result<(Vec<TriMesh>, Vec<PressReport>), StackError> {
-    let limb_of_joint = Limb::of_joints(&figure.skeleton);
-    let stack = &params.stack;
-    let obstacle = |mesh: &TriMesh, layer: &Layer| {
-        Obstacle::prepare(mesh, &layer.weights, &limb_of_joint, stack).for_facing(params.least_cosine)
-    };
+    let (mut pressed, mut reports) = press_inner(figure, surfaces, params)?;
+    let layers: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
+    let Some((&(body_layer, body), garments)) = layers.split_first() else { return Ok(Default::default()) };
+    let Some((&(outer_layer, outer), inner)) = garments.split_last() else { return Ok(Default::default()) };
+    let cloth = inner.iter().zip(&pressed).map(|(&(layer, _), mesh)| (layer, mesh));
+    let below: Vec<Obstacle> =
+        cloth.chain([(body_layer, body)]).map(|(layer, mesh)| obstacle(figure, mesh, layer, params)).collect();
+    let limbs = limbs_of(&outer_layer.weights, &Limb::of_joints(&figure.skeleton));
+    let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
+    let outside_before: usize = left(outer);
+    let outermost = at_thickness(thicknesses(figure)?[inner.len() + 1], params);
+    let touching = StackParams { clearance: outermost.clearance * TOUCHING, ..outermost };
+    let moved_outer = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
+    let outside_after = left(&moved_outer);
+    reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &moved_outer) });
+    pressed.push(moved_outer);
+    Ok((pressed, reports))
+}
+
+/// As [`press`], of every garment but the outermost.
+pub(super) fn press_inner(
+    figure: &Figure,
+    surfaces: &[TriMesh],
+    params: &PressParams,
+) -> Result<(Vec<TriMesh>, Vec<PressReport>), StackError> {
     check_surfaces(figure, surfaces)?;
     params.check_values()?;
     let thicknesses = thicknesses(figure)?;
-    let at_thickness = |k: usize| StackParams { clearance: stack.clearance.max(thicknesses[k]), ..stack.clone() };
     let layers: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
     let Some((&(body_layer, body), garments)) = layers.split_first() else { return Ok(Default::default()) };
     let Some((&(outer_layer, outer), inner)) = garments.split_last() else { return Ok(Default::default()) };
 
-    let on_body = [obstacle(body, body_layer)];
-    let mut above = vec![obstacle(&outer.flipped(), outer_layer)];
+    let limb_of_joint = Limb::of_joints(&figure.skeleton);
+    let on_body = [obstacle(figure, body, body_layer, params)];
+    let mut above = vec![obstacle(figure, &outer.flipped(), outer_layer, params)];
     let (mut pressed, mut reports) = (Vec::new(), Vec::new());
     for (k, &(layer, mesh)) in inner.iter().enumerate().rev() {
         // The body is layer 0.
-        let (own, outer) = (at_thickness(k + 1), at_thickness(k + 2));
+        let [own, outer] = [k + 1, k + 2].map(|k| at_thickness(thicknesses[k], params));
         let limbs = limbs_of(&layer.weights, &limb_of_joint);
         let outside = |m: &TriMesh| above.iter().map(|o| o.count_pressed(&m.flipped(), &limbs)).sum();
         let outside_before: usize = outside(mesh);
@@ -100,24 +120,21 @@ pub fn press(
         };
         let outside_after = outside(&moved);
         reports.push(PressReport { outside_before, outside_after, ..report(&layer.name, mesh, &moved) });
-        above.push(obstacle(&moved.flipped(), layer));
+        above.push(obstacle(figure, &moved.flipped(), layer, params));
         pressed.push(moved);
     }
     pressed.reverse();
     reports.reverse();
-
-    let below: Vec<Obstacle> =
-        (inner.iter().zip(&pressed).map(|(&(layer, _), mesh)| obstacle(mesh, layer))).chain(on_body).collect();
-    let limbs = limbs_of(&outer_layer.weights, &limb_of_joint);
-    let left = |m: &TriMesh| below.iter().map(|o| o.count_pressed(m, &limbs)).sum();
-    let outside_before: usize = left(outer);
-    let outermost = at_thickness(inner.len() + 1);
-    let touching = StackParams { clearance: outermost.clearance * TOUCHING, ..outermost };
-    let moved_outer = if outside_before == 0 { outer.clone() } else { cleared(outer, &limbs, &below, &touching)?.0 };
-    let outside_after = left(&moved_outer);
-    reports.push(PressReport { outside_before, outside_after, ..report(&outer_layer.name, outer, &moved_outer) });
-    pressed.push(moved_outer);
     Ok((pressed, reports))
+}
+
+fn obstacle(figure: &Figure, mesh: &TriMesh, layer: &Layer, params: &PressParams) -> Obstacle {
+    let limb_of_joint = Limb::of_joints(&figure.skeleton);
+    Obstacle::prepare(mesh, &layer.weights, &limb_of_joint, &params.stack).for_facing(params.least_cosine)
+}
+
+fn at_thickness(thickness: f64, params: &PressParams) -> StackParams {
+    StackParams { clearance: params.stack.clearance.max(thickness), ..params.stack.clone() }
 }
 
 /// Per layer the thickness of its fabric, in metres.

@@ -216,6 +216,34 @@ fn a_shirt_under_a_jacket_is_pressed_between_it_and_the_body() {
 }
 
 #[test]
+fn a_shirt_that_hung_loose_is_pressed_below_the_trousers_it_is_tucked_into() {
+    let trousers = garment(shaken(&band(0.155, 90.0, 150.0, 30, 110), 0.0005, 8), 0);
+    let worn = |radius: f64| {
+        let shirt = shaken(&band(radius, 30.0, 120.0, 40, 120), 0.0005, 3);
+        let figure = figure(vec![ball(), layer("shirt", shirt.clone(), 0)]);
+        (stack(&trousers, None, &figure, &StackParams::default()).unwrap(), shirt)
+    };
+    let polar_deg = |p: &Point| (p.y / p.coords.norm()).acos().to_degrees();
+    let moved = |stacked: &Stacked, shirt: &TriMesh, degrees: std::ops::Range<f64>| {
+        let moves = shirt.points().iter().zip(stacked.garments[0].points().iter());
+        let within: Vec<f64> =
+            moves.filter(|(p, _)| degrees.contains(&polar_deg(p))).map(|(p, q)| (p - q).norm()).collect();
+        within.iter().sum::<f64>() / within.len() as f64
+    };
+    let (tucked, shirt) = worn(0.19);
+    assert_eq!((tucked.report.inside, tucked.report.crossing_pairs), (0, 0), "{:?}", tucked.report);
+    assert!(tucked.report.mean_move < 0.002, "the trousers stay where they were scanned: {:?}", tucked.report);
+    assert!(moved(&tucked, &shirt, 95.0..120.0) > 0.03);
+    assert!(moved(&tucked, &shirt, 30.0..75.0) < 1e-4, "above the trousers the shirt keeps its shape");
+    let (over, shirt) = worn(0.165);
+    assert!(
+        moved(&over, &shirt, 30.0..120.0) < 0.002,
+        "a shirt a centimetre out is not pressed: the trousers go over it"
+    );
+    assert!(over.report.mean_move > 2.0 * tucked.report.mean_move);
+}
+
+#[test]
 fn where_there_is_no_room_the_body_wins_and_the_outermost_yields() {
     let shirt = band(0.156, 40.0, 140.0, 30, 100);
     let belt = band(0.1503, 70.0, 110.0, 16, 100);

@@ -11,7 +11,7 @@ use crate::session::store::{Kept, Store};
 use crate::stack::{StackParams, Stacked, stack};
 use serde::Serialize;
 
-pub(in crate::session::pipeline) const STACK: Code = Code::new(Stage::Stack, 5);
+pub(in crate::session::pipeline) const STACK: Code = Code::new(Stage::Stack, 6);
 
 #[derive(Serialize)]
 pub(in crate::session::pipeline) struct Inputs {
