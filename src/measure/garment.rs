@@ -3,7 +3,7 @@
 use super::crossings::{crossing_pairs, self_crossing_pairs};
 use super::error::MeasureError;
 use super::sample::mean;
-use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh};
+use crate::geometry::{Adjacency, PerVertex, Point, SurfaceIndex, TriMesh, VertexId};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -129,23 +129,23 @@ pub fn layer_pairs(layers: &[(&str, &TriMesh)]) -> Vec<LayerPair> {
     pairs
 }
 
-/// Share of the garment's vertices that lie inside the inner layer, in percent.
+/// Share of the garment's vertices that lie inside the inner layer, in percent. Vertices without faces, which stacking leaves where
+/// it replaces faces, are not seen and do not count.
 ///
 /// Inside: behind the closest point of the inner layer, by up to 5 cm, if that point is not on its hem (beyond an open
 /// hem there is no inside).
 pub fn inside_percent(garment: &TriMesh, inner: &TriMesh) -> f64 {
     let index = SurfaceIndex::prepare(inner);
     let on_hem = Adjacency::prepare(inner).boundary_vertices();
-    let inside: Vec<f64> = garment
-        .points()
-        .0
-        .par_iter()
-        .map(|p| {
-            let Some(near) = index.closest_within(p, INSIDE_TO) else { return 0.0 };
-            let depth = -(p - near.point).dot(&index.pseudonormal(&near));
-            let beyond_hem = inner.faces()[near.face].iter().zip(near.barycentric).all(|(&v, w)| w == 0.0 || on_hem[v]);
-            if depth > INSIDE_FROM && !beyond_hem { 1.0 } else { 0.0 }
-        })
-        .collect();
+    let adjacency = Adjacency::prepare(garment);
+    let seen: Vec<VertexId> = garment.vertex_ids().filter(|&v| !adjacency.faces_of(v).is_empty()).collect();
+    let share = |&v: &VertexId| {
+        let p = &garment.points()[v];
+        let Some(near) = index.closest_within(p, INSIDE_TO) else { return 0.0 };
+        let depth = -(p - near.point).dot(&index.pseudonormal(&near));
+        let beyond_hem = inner.faces()[near.face].iter().zip(near.barycentric).all(|(&v, w)| w == 0.0 || on_hem[v]);
+        if depth > INSIDE_FROM && !beyond_hem { 1.0 } else { 0.0 }
+    };
+    let inside: Vec<f64> = seen.par_iter().map(share).collect();
     100.0 * mean(&inside)
 }

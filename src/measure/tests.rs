@@ -242,6 +242,13 @@ fn pairs_see_poke_through_and_depth_and_ignore_what_is_beyond_a_hem() {
     assert!(inside_percent(&band(-0.003), &body) > 99.0);
     let below_the_hem = shifted(&shirt, Vec3::new(0.0, -0.45, 0.0));
     assert_eq!(inside_percent(&below_the_hem, &shirt), 0.0, "where the shirt has ended nothing is inside it");
+    let below_the_skin = Point::new(0.0, 0.5, 0.12);
+    let points: Vec<Point> = coat.points().iter().copied().chain([below_the_skin]).collect();
+    let mut faces: Vec<[u32; 3]> = coat.faces().iter().map(|face| face.map(|v| v.0)).collect();
+    let of = |faces: &[[u32; 3]]| inside_percent(&TriMesh::try_from_indices(points.clone(), faces).unwrap(), &body);
+    assert_eq!(of(&faces), 0.0, "no face shows the last vertex");
+    faces.push([0, 1, points.len() as u32 - 1]);
+    assert!(of(&faces) > 0.0);
 }
 
 #[test]
