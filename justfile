@@ -36,7 +36,7 @@ pictures:
 body-model:
     cargo run --release --no-default-features --example build_body_model -- templates/body/adult.npz
 
-# The garments become others: those of the repository were sewn with earlier fabrics.
+# Its garments differ from those in the repository, which are of earlier fabrics.
 # The scans of the demo and their truth, generated again from the body model; the brush files stay
 demo-scans:
     rm -rf target/demo-scans scans/demo/*.ply scans/demo/*.jpg scans/demo/truth
