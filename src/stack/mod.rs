@@ -107,15 +107,18 @@ pub fn stack(
 
     // The garments inside keep their shape where they can. Pressed everywhere, they let the next pose of the demo come through
     // true cloth (T6 0.23 %, goal 0.1 %); where a conflict is left, other ways are tried: the best of all.
-    let mut ways = vec![bind.clone()];
-    if params.method == StackMethod::Smooth && figure.layers.len() > 1 {
-        let pressed = pressed_below(garment, fabric, figure, params)?;
-        ways.insert(0, each_garment(&bind, &pressed, |surface, pressed| Ok(where_far_inside(surface, pressed)))?);
-        ways.push(each_garment(&bind, &pressed, uncrumpled)?);
-        ways.dedup();
-    }
+    let pressed = match params.method {
+        StackMethod::Smooth => pressed_below(garment, fabric, figure, params)?,
+        StackMethod::Paper | StackMethod::Push => bind[1..].to_vec(),
+    };
     let mut best: Option<Way> = None;
-    for inner in ways {
+    let mut tried: Vec<Vec<TriMesh>> = Vec::new();
+    for choose in [where_far_inside as Choose, nowhere, where_uncrumpled] {
+        let inner = each_garment(&bind, &pressed, choose)?;
+        if tried.contains(&inner) {
+            continue;
+        }
+        tried.push(inner.clone());
         let way = one_way(garment, figure, &limbs, params, inner)?;
         if best.as_ref().is_none_or(|best| way.conflicts() < best.conflicts()) {
             best = Some(way);
@@ -215,23 +218,23 @@ fn pressed_below(
     Ok(press_inner(&dressed, &surfaces, &PressParams { stack: how, ..defaults })?.0)
 }
 
-/// The surfaces of the figure's layers, that of each garment chosen by `choose` from what it is and what it is pressed.
-fn each_garment(
-    surfaces: &[TriMesh],
-    pressed: &[TriMesh],
-    choose: impl Fn(&TriMesh, &TriMesh) -> Result<TriMesh, StackError>,
-) -> Result<Vec<TriMesh>, StackError> {
+/// Makes one surface of a garment from its surface as it is and as pressed.
+type Choose = fn(&TriMesh, &TriMesh) -> Result<TriMesh, StackError>;
+
+/// The surfaces of the body, which stays, and of all garments, each made by `choose`.
+fn each_garment(surfaces: &[TriMesh], pressed: &[TriMesh], choose: Choose) -> Result<Vec<TriMesh>, StackError> {
     let (body, garments) = surfaces.split_at(1);
     let chosen = garments.iter().zip(pressed).map(|(surface, pressed)| choose(surface, pressed));
     body.iter().cloned().map(Ok).chain(chosen).collect()
 }
 
-/// The pressed shape in each connected part of which some place is pressed by [`FAR_INSIDE`]; what crosses then is untangled.
-fn where_far_inside(surface: &TriMesh, pressed: &TriMesh) -> TriMesh {
+/// Pressed in each connected part that has a vertex pressed by more than [`FAR_INSIDE`]. Where cloth then crosses itself, it is
+/// untangled with the rest.
+fn where_far_inside(surface: &TriMesh, pressed: &TriMesh) -> Result<TriMesh, StackError> {
     let is_pressed = |v: VertexId, by: f64| (pressed.points()[v] - surface.points()[v]).norm() > by;
     let mut front: Vec<VertexId> = surface.vertex_ids().filter(|&v| is_pressed(v, FAR_INSIDE)).collect();
     if front.is_empty() {
-        return surface.clone();
+        return Ok(surface.clone());
     }
     let (adjacency, mut points) = (Adjacency::prepare(surface), surface.points().clone());
     let mut taken = PerVertex::filled(false, surface.vertex_count());
@@ -241,11 +244,15 @@ fn where_far_inside(surface: &TriMesh, pressed: &TriMesh) -> TriMesh {
             front.extend(adjacency.neighbours_of(v).iter().filter(|&&w| is_pressed(w, UNMOVED)));
         }
     }
-    surface.with_points(points)
+    Ok(surface.with_points(points))
 }
 
-/// The pressed garment; under a lapel that fusion folded, pressing crumples: such a garment keeps its shape.
-fn uncrumpled(surface: &TriMesh, pressed: &TriMesh) -> Result<TriMesh, StackError> {
+fn nowhere(surface: &TriMesh, _: &TriMesh) -> Result<TriMesh, StackError> {
+    Ok(surface.clone())
+}
+
+/// Pressed as a whole, unless that crumples it, as it does under a lapel that fusion folded: then it keeps its shape.
+fn where_uncrumpled(surface: &TriMesh, pressed: &TriMesh) -> Result<TriMesh, StackError> {
     Ok(if own_crossings(pressed)? <= own_crossings(surface)? { pressed.clone() } else { surface.clone() })
 }
 

@@ -101,6 +101,9 @@ pub(super) fn press_inner(
     let layers: Vec<(&Layer, &TriMesh)> = figure.layers.iter().zip(surfaces).collect();
     let Some((&(body_layer, body), garments)) = layers.split_first() else { return Ok(Default::default()) };
     let Some((&(outer_layer, outer), inner)) = garments.split_last() else { return Ok(Default::default()) };
+    if inner.is_empty() {
+        return Ok(Default::default());
+    }
 
     let limb_of_joint = Limb::of_joints(&figure.skeleton);
     let on_body = [obstacle(figure, body, body_layer, params)];
